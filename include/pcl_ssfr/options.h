@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#pragma once
+
+#include <pcl_ssfr/density_filter.h>
+#include <pcl_ssfr/mean_shift.h>
+#include <pcl_ssfr/normal_estimation.h>
+#include <pcl_ssfr/planar_patches.h>
+#include <pcl_ssfr/rotation_candidates.h>
+#include <pcl_ssfr/translation.h>
+
+#include <Eigen/Core>
+
+#include <optional>
+
+namespace pcl_ssfr {
+
+/// Which method runs through the pipeline.
+enum class Profile {
+  Default,  ///< planar patches, visibility scoring, polish
+  Paper2017 ///< the method as published, in the constants of the implementation of July 2017
+};
+
+/// Whether the origin (or the viewpoint given) of a scan is believed to be the place of its sensor.
+enum class ViewpointMode {
+  Auto,         ///< decided from the points: a scan seen from its sensor has one return a direction
+  SensorOrigin, ///< always believed
+  Unknown       ///< never: unsigned normals, no free-space reasoning
+};
+
+/// Prior knowledge of the vertical in both scans.
+struct GravityPrior {
+  Eigen::Vector3d up_source = Eigen::Vector3d::UnitZ(); ///< unit, source frame
+  Eigen::Vector3d up_target = Eigen::Vector3d::UnitZ(); ///< unit, target frame
+  double tolerance = 0.0873; ///< rotations must map one onto the other within this [rad], (0, pi]
+};
+
+/// Options of the paper's selection and fine pass (METHOD stages 12 and 13).
+struct LcpOptions {
+  double leaf = 0;              ///< both scans are thinned to this, and it is the inlier radius [m]; 0: from the data
+  bool kernel_sum = false;      ///< score by sum of exp(-d/t) (2019) instead of the count (2017)
+  int fine_factor = 100;        ///< the fine pass uses bin_width / fine_factor; 0: no fine pass
+  double fine_smoothing = 0.01; ///< width of the mean filter of the fine pass [m]
+  double fine_range_bins = 1.5; ///< shifts are searched within so many coarse bins
+};
+
+/** \brief Everything that can be set. The defaults need no change: a scale of 0 follows from the data.
+ *
+ * Build one by makeOptions(profile); change fields; the registration validates them.
+ */
+struct Options {
+  Profile profile = Profile::Default;
+  ViewpointMode viewpoint_mode = ViewpointMode::Auto;
+
+  // The three parameters of the paper; 0: from the data.
+  double normal_radius = 0;  ///< r [m], 0 or > 0
+  double density_radius = 0; ///< r_d, chord on the unit sphere, 0 or (0, 1]
+  double bin_width = 0;      ///< [m], 0 or > 0
+  double leaf = 0;           ///< spacing that the clouds are thinned to [m], 0: from the data
+
+  bool refine = true;            ///< polish the answer by robust point-to-plane steps
+  int max_refinement_steps = 30; ///< bound on the steps of each polish, >= 1
+  double overlap_radius = 0;     ///< a point is an inlier nearer than this [m]; 0: from the data
+  double time_limit = 0;         ///< [s], 0: none
+  unsigned threads = 1;          ///< 0: all processors; the result never depends on it
+  std::optional<GravityPrior> gravity;
+  int max_candidates = 10;     ///< distinct poses listed in the result, >= 1
+  double min_confidence = 0.5; ///< accept an answer from this confidence on, [0, 1]
+
+  // Stages (only the fields that the profile uses).
+  PatchOptions patches;
+  NormalOptions normals;
+  DensityOptions density;
+  MeanShiftOptions mean_shift;
+  RotationOptions rotation;
+  TranslationOptions translation;
+  LcpOptions lcp;
+};
+
+/// The options of a profile.
+Options
+makeOptions(Profile profile);
+
+/** \brief Check every option.
+ * \throw std::invalid_argument with the text "name = value, must ..." for the first that is out of range.
+ */
+void
+validate(const Options& options);
+
+} // namespace pcl_ssfr

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#pragma once
+
+#include <pcl_ssfr/options.h>
+#include <pcl_ssfr/result.h>
+#include <pcl_ssfr/scan_view.h>
+
+#include <memory>
+
+namespace pcl_ssfr {
+
+struct PreparedData; // what the stages need of one scan; internal to the core
+
+/** \brief One scan made ready for registration: samples, main normals, lookup index, range image.
+ *
+ * A value: cheap to copy (shared, immutable), safe to use from many threads, reusable for any number of partners.
+ */
+class PreparedScan {
+public:
+  PreparedScan() = default;
+  explicit PreparedScan(std::shared_ptr<const PreparedData> data) : data_(std::move(data)) {}
+
+  bool
+  empty() const
+  {
+    return !data_;
+  }
+  const PreparedData&
+  data() const
+  {
+    return *data_;
+  }
+
+private:
+  std::shared_ptr<const PreparedData> data_;
+};
+
+/** \brief Stages 1 to 5 for one scan: centre, sample, normals or patches, Gaussian sphere, densities, main normals.
+ *
+ * Never fails on data: a scan that is empty or degenerate gives a prepared scan that registers as such.
+ * \throw std::invalid_argument when \p options are out of range.
+ */
+PreparedScan
+prepareScan(const ScanView& scan, const Options& options);
+
+} // namespace pcl_ssfr

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace pcl_ssfr {
+
+/// Why a registration ended as it did. Only Status::Converged means that the pose may be used.
+enum class Status {
+  NotRun,           ///< nothing was computed yet
+  Converged,        ///< a pose was found and accepted
+  InvalidInput,     ///< a cloud is missing or an option is out of range
+  TooFewPoints,     ///< too few finite points in one of the scans
+  TooFewDirections, ///< fewer than two main normals that are not parallel: the rotation is unobservable
+  NoCandidate,      ///< no rotation of one scan's main normals fits the other's
+  Ambiguous,        ///< several distinct poses explain the scans about equally well (symmetry, repetition)
+  Unobservable,     ///< the scene leaves a direction of motion undetermined (corridor without an end)
+  LowOverlap,       ///< the best pose lays too little of the scans on each other: probably unrelated
+  Contradicted,     ///< the best pose puts surfaces where the other sensor saw free space
+  TimeLimit         ///< the time limit ran out before a candidate could be judged
+};
+
+/// The enumerator's name, in snake_case as in the JSON output ("converged", "too_few_directions", ...).
+const char*
+toString(Status status);
+
+/// What went into and came out of one stage, and how long it took.
+struct StageReport {
+  std::string name;
+  double seconds = 0; ///< wall clock [s]
+  std::uint64_t count_in = 0;
+  std::uint64_t count_out = 0;
+};
+
+/// One pose that was considered, with the evidence for and against it.
+struct Candidate {
+  Eigen::Isometry3d T_target_source = Eigen::Isometry3d::Identity(); ///< maps source points into the target frame
+  double score = 0;         ///< what candidates are ranked by; comparable within one registration only
+  double overlap = 0;       ///< share of the visible surface that met its counterpart, [0, 1]
+  double contradiction = 0; ///< share of the surface that hangs in the other sensor's free space, [0, 1]
+  bool from_guess = false;  ///< the caller's initial guess (refined), not found by the method
+};
+
+/// A direction of motion that the scene does not determine.
+struct UnobservableDirection {
+  Eigen::Vector3d direction =
+      Eigen::Vector3d::Zero(); ///< unit, target frame: translation along it, or rotation about it
+  bool rotation = false;       ///< true: a rotation about \ref direction; false: a translation along it
+  double strength = 0;         ///< information along it relative to the best determined one of its kind, [0, 1]
+};
+
+/// All that a registration found. Safe to use as constructed: identity pose, not run.
+struct Result {
+  Status status = Status::NotRun;
+  std::string message; ///< one sentence for people: what was found, or why nothing was accepted
+  Eigen::Isometry3d T_target_source = Eigen::Isometry3d::Identity(); ///< best pose; meaningful when accepted
+  double overlap = 0;                                                ///< of the best pose, [0, 1]
+  double contradiction = 0;                                          ///< of the best pose, [0, 1]
+  double confidence = 0; ///< estimated probability that the pose is right, [0, 1]
+  double rmse = 0;       ///< root mean square point-to-plane distance over the inliers [m]
+  /// Information matrix (inverse covariance) of the pose, order (rotation [rad], translation [m]): a small motion
+  /// (w, v) applied on the left about the target's origin, T <- Exp(w, v) T. Zero when not refined.
+  Eigen::Matrix<double, 6, 6> information = Eigen::Matrix<double, 6, 6>::Zero();
+  std::vector<Candidate> candidates; ///< distinct poses, best first; the first is T_target_source
+  std::vector<UnobservableDirection> unobservable;
+  std::vector<StageReport> stages;    ///< in order of execution
+  bool source_viewpoint_used = false; ///< normals and free space of the source were tied to its viewpoint
+  bool target_viewpoint_used = false;
+
+  bool
+  accepted() const
+  {
+    return status == Status::Converged;
+  }
+};
+
+} // namespace pcl_ssfr

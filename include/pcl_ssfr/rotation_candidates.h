@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#pragma once
+
+#include <pcl_ssfr/mean_shift.h>
+
+#include <array>
+#include <vector>
+
+namespace pcl_ssfr {
+
+/// Options of the candidate rotations (paper, section 3.4; METHOD stages 6 to 8).
+struct RotationOptions {
+  double max_abs_cos = 0.9;      ///< two main normals form a pair when |cos| is below this, (0, 1)
+  double angle_tolerance = 0.05; ///< inner angles of matched pairs agree within this [rad], (0, pi/2)
+  double merge_angle = 0;        ///< rotations closer than this are one [rad]; 0: keep all (as in the paper)
+  double refit_angle = 0.1;      ///< when merging: a main normal supports a rotation within this [rad]
+};
+
+/// A rotation that maps two main normals of the source onto two of the target.
+struct RotationCandidate {
+  Eigen::Matrix3d R_target_source = Eigen::Matrix3d::Identity(); ///< proper rotation
+  std::array<int, 2> source_pair{{-1, -1}}; ///< main normals of the source, as matched in this order
+  std::array<int, 2> target_pair{{-1, -1}}; ///< main normals of the target
+  double angle_error = 0;                   ///< difference of the inner angles [rad]
+  double support = 0; ///< sum over matched main normals of min(source, target) support, each scan's supports
+                      ///< normalised to sum 1; ranks merged candidates, [0, 1]
+};
+
+/** \brief The rotation that best maps two source directions onto two target directions, by SVD (METHOD stage 8).
+ * Least squares over the two unit vectors; always proper (det = +1).
+ */
+Eigen::Matrix3d
+rotationFromPairs(const Eigen::Vector3d& source_a,
+                  const Eigen::Vector3d& source_b,
+                  const Eigen::Vector3d& target_a,
+                  const Eigen::Vector3d& target_b);
+
+/** \brief All candidate rotations (METHOD stages 6 to 8): unordered pairs of source main normals against ordered
+ * pairs of target main normals whose inner angles agree.
+ *
+ * With merge_angle > 0, candidates closer than it in SO(3) become one, refitted by a weighted SVD on every main
+ * normal that it matches within refit_angle, and the list is ordered by descending support; otherwise the order is
+ * that of the enumeration. Empty when either scan has no pair.
+ */
+std::vector<RotationCandidate>
+proposeRotations(const std::vector<MainNormal>& source,
+                 const std::vector<MainNormal>& target,
+                 const RotationOptions& options);
+
+} // namespace pcl_ssfr

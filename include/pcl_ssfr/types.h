@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+namespace pcl_ssfr {
+
+/// Points or directions, one a column, 3 x N. Points are in metres [m].
+using Points3 = Eigen::Matrix3Xd;
+
+/** \brief Weighted oriented samples of a scanned surface: what every stage after preparation works on.
+ *
+ * The paper's profile fills them with points and unit weights, the default profile with planar patches and their
+ * areas; all later stages are the same functions for both.
+ */
+struct OrientedSamples {
+  Points3 points;          ///< sample positions, 3 x N [m]
+  Points3 normals;         ///< unit normals, 3 x N; towards the sensor when \ref oriented, else of arbitrary sign
+  Eigen::VectorXd weights; ///< surface that each sample stands for, N, > 0 [m^2]; 1 for the paper's points
+  Eigen::VectorXd extents; ///< half width of the sample within its plane, N, >= 0 [m]; 0 for points
+  bool oriented = true;    ///< false: the sign of the normals carries no information (viewpoint unknown)
+
+  Eigen::Index
+  size() const
+  {
+    return points.cols();
+  }
+};
+
+} // namespace pcl_ssfr
