@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#include <pcl_ssfr/rotation_candidates.h>
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <Eigen/SVD>
+
+#include <algorithm>
+#include <cmath>
+
+namespace pcl_ssfr {
+
+namespace {
+
+/// How often a merged rotation is matched and fitted again.
+constexpr int kRefitSteps = 2;
+
+/// A source main normal and the target main normal that it meets.
+struct Match {
+  std::size_t source;
+  std::size_t target;
+  double weight; ///< the smaller of their normalised supports
+  double angle;  ///< [rad]
+};
+
+double
+angleBetween(const Eigen::Vector3d& a, const Eigen::Vector3d& b)
+{
+  return std::atan2(a.cross(b).norm(), a.dot(b));
+}
+
+/// Angle of the rotation from \p a to \p b [rad].
+double
+angleBetween(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b)
+{
+  return std::acos(std::clamp(((a.transpose() * b).trace() - 1) / 2, -1.0, 1.0));
+}
+
+/// The rotation R that maximises trace(R^T M) for M = sum of w target source^T.
+Eigen::Matrix3d
+nearestRotation(const Eigen::Matrix3d& correlation)
+{
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(correlation, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Eigen::Vector3d signs = Eigen::Vector3d::Ones();
+  signs[2] = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1;
+  return svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
+}
+
+/// Supports of a scan, normalised to sum 1.
+std::vector<double>
+normalisedSupports(const std::vector<MainNormal>& normals)
+{
+  double sum = 0;
+  for (const MainNormal& normal : normals)
+    sum += normal.support;
+  std::vector<double> supports;
+  supports.reserve(normals.size());
+  for (const MainNormal& normal : normals)
+    supports.push_back(sum > 0 ? normal.support / sum : 1.0 / static_cast<double>(normals.size()));
+  return supports;
+}
+
+/// One scan's main normals against the other's under a rotation, for merging.
+class Matcher {
+public:
+  Matcher(const std::vector<MainNormal>& source, const std::vector<MainNormal>& target, double max_angle)
+      : source_(source), target_(target), source_supports_(normalisedSupports(source)),
+        target_supports_(normalisedSupports(target)), max_angle_(max_angle)
+  {}
+
+  /// One-to-one matches within the angle, the closest first.
+  std::vector<Match>
+  match(const Eigen::Matrix3d& R) const
+  {
+    std::vector<Match> pairs;
+    for (std::size_t i = 0; i < source_.size(); ++i) {
+      const Eigen::Vector3d rotated = R * source_[i].direction;
+      for (std::size_t j = 0; j < target_.size(); ++j) {
+        if (rotated.dot(target_[j].direction) < 0 && max_angle_ < 1.5)
+          continue;
+        const double angle = angleBetween(rotated, target_[j].direction);
+        if (angle <= max_angle_)
+          pairs.push_back({i, j, std::min(source_supports_[i], target_supports_[j]), angle});
+      }
+    }
+    std::stable_sort(pairs.begin(), pairs.end(), [](const Match& a, const Match& b) { return a.angle < b.angle; });
+    std::vector<Match> matches;
+    for (const Match& pair : pairs) {
+      const bool taken = std::any_of(matches.begin(), matches.end(), [&](const Match& match) {
+        return match.source == pair.source || match.target == pair.target;
+      });
+      if (!taken)
+        matches.push_back(pair);
+    }
+    return matches;
+  }
+
+  static double
+  support(const std::vector<Match>& matches)
+  {
+    double sum = 0;
+    for (const Match& match : matches)
+      sum += match.weight;
+    return sum;
+  }
+
+  /// Fit the rotation to all that it matches; stays as it is when that is not two independent directions.
+  void
+  refit(RotationCandidate& candidate) const
+  {
+    for (int step = 0; step < kRefitSteps; ++step) {
+      const std::vector<Match> matches = match(candidate.R_target_source);
+      bool independent = false;
+      Eigen::Matrix3d correlation = Eigen::Matrix3d::Zero();
+      for (const Match& match : matches) {
+        correlation += match.weight * target_[match.target].direction * source_[match.source].direction.transpose();
+        const Eigen::Vector3d& first = source_[matches.front().source].direction;
+        independent = independent || first.cross(source_[match.source].direction).norm() > kIndependentSine;
+      }
+      if (!independent)
+        break;
+      candidate.R_target_source = nearestRotation(correlation);
+    }
+    candidate.support = std::max(candidate.support, support(match(candidate.R_target_source)));
+  }
+
+private:
+  static constexpr double kIndependentSine = 0.2;
+  const std::vector<MainNormal>& source_;
+  const std::vector<MainNormal>& target_;
+  std::vector<double> source_supports_, target_supports_;
+  double max_angle_;
+};
+
+void
+sortBySupport(std::vector<RotationCandidate>& candidates)
+{
+  std::stable_sort(candidates.begin(), candidates.end(), [](const RotationCandidate& a, const RotationCandidate& b) {
+    return a.support > b.support;
+  });
+}
+
+/// Keep the first of all candidates that are closer than \p angle [rad].
+std::vector<RotationCandidate>
+keepDistinct(const std::vector<RotationCandidate>& candidates, double angle)
+{
+  std::vector<RotationCandidate> distinct;
+  for (const RotationCandidate& candidate : candidates) {
+    const bool known = std::any_of(distinct.begin(), distinct.end(), [&](const RotationCandidate& kept) {
+      return angleBetween(kept.R_target_source, candidate.R_target_source) < angle;
+    });
+    if (!known)
+      distinct.push_back(candidate);
+  }
+  return distinct;
+}
+
+bool
+isPair(const MainNormal& a, const MainNormal& b, const RotationOptions& options)
+{
+  return std::abs(a.direction.dot(b.direction)) < options.max_abs_cos;
+}
+
+} // namespace
+
+Eigen::Matrix3d
+rotationFromPairs(const Eigen::Vector3d& source_a,
+                  const Eigen::Vector3d& source_b,
+                  const Eigen::Vector3d& target_a,
+                  const Eigen::Vector3d& target_b)
+{
+  return nearestRotation(target_a * source_a.transpose() + target_b * source_b.transpose());
+}
+
+std::vector<RotationCandidate>
+proposeRotations(const std::vector<MainNormal>& source,
+                 const std::vector<MainNormal>& target,
+                 const RotationOptions& options)
+{
+  const bool merge = options.merge_angle > 0;
+  const Matcher matcher(source, target, merge ? options.refit_angle : options.angle_tolerance);
+  std::vector<RotationCandidate> candidates;
+  for (std::size_t i = 0; i < source.size(); ++i) {
+    for (std::size_t j = i + 1; j < source.size(); ++j) {
+      if (!isPair(source[i], source[j], options))
+        continue;
+      const double source_angle = angleBetween(source[i].direction, source[j].direction);
+      for (std::size_t k = 0; k < target.size(); ++k) {
+        for (std::size_t l = 0; l < target.size(); ++l) {
+          if (k == l || !isPair(target[k], target[l], options))
+            continue;
+          const double target_angle = angleBetween(target[k].direction, target[l].direction);
+          if (std::abs(source_angle - target_angle) > options.angle_tolerance)
+            continue;
+          RotationCandidate candidate;
+          candidate.R_target_source =
+              rotationFromPairs(source[i].direction, source[j].direction, target[k].direction, target[l].direction);
+          candidate.source_pair = {{static_cast<int>(i), static_cast<int>(j)}};
+          candidate.target_pair = {{static_cast<int>(k), static_cast<int>(l)}};
+          candidate.angle_error = std::abs(source_angle - target_angle);
+          candidate.support = Matcher::support(matcher.match(candidate.R_target_source));
+          candidates.push_back(candidate);
+        }
+      }
+    }
+  }
+  if (!merge)
+    return candidates;
+
+  sortBySupport(candidates);
+  candidates = keepDistinct(candidates, options.merge_angle);
+  for (RotationCandidate& candidate : candidates)
+    matcher.refit(candidate);
+  sortBySupport(candidates);
+  return keepDistinct(candidates, options.merge_angle); // fits of neighbours may have met
+}
+
+} // namespace pcl_ssfr
