@@ -28,8 +28,10 @@ struct NormalEstimationResult {
   std::size_t finite_points = 0;
 };
 
-/** \brief Sample the scan, estimate PCA normals in a radius with pcl::NormalEstimationOMP, orient them relative to the
- * viewpoint, thin (METHOD stage 1).
+/** \brief Sample the scan, estimate PCA normals in a radius with PCL's tree and covariance (the normals of
+ * pcl::NormalEstimationOMP), orient them relative to the viewpoint, thin (METHOD stage 1).
+ *
+ * Thinning keeps real points, so the normals are only computed at those that stay, over all points.
  *
  * Points with fewer than 3 neighbours, or whose neighbours lie on a line, have no normal and are dropped.
  * \param[in] oriented false: the viewpoint is not believed; normals keep an arbitrary sign and the result says so.
