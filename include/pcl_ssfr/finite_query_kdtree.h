@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#pragma once
+
+#include <pcl/search/kdtree.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <limits>
+#include <vector>
+
+namespace pcl_ssfr {
+
+/** \brief A pcl::search::KdTree that may be asked about any point.
+ *
+ * PCL's tree asserts on a NaN or infinite query, and its precompiled library keeps its asserts; on a cloud without one
+ * finite point it has no index at all and leaves the caller's vectors as they were. Both would make
+ * pcl::Registration::getFitnessScore() abort, or report a perfect score. This tree answers such queries with "no
+ * neighbour": it returns 0, every distance is +infinity and every index is pcl::UNAVAILABLE.
+ */
+template <typename PointT>
+class FiniteQueryKdTree : public pcl::search::KdTree<PointT> {
+public:
+  using Base = pcl::search::KdTree<PointT>;
+  using Ptr = pcl::shared_ptr<FiniteQueryKdTree<PointT>>;
+  using ConstPtr = pcl::shared_ptr<const FiniteQueryKdTree<PointT>>;
+  using PointCloudConstPtr = typename pcl::search::Search<PointT>::PointCloudConstPtr;
+
+  using Base::nearestKSearch;
+  using Base::radiusSearch;
+
+  /// Index the finite points of \p cloud (of \p indices only, when given).
+  void
+  setInputCloud(const PointCloudConstPtr& cloud, const pcl::IndicesConstPtr& indices = pcl::IndicesConstPtr()) override
+  {
+    const auto is_valid = [this](const PointT& point) { return this->getPointRepresentation()->isValid(point); };
+    has_points_ = indices ? std::any_of(indices->begin(),
+                                        indices->end(),
+                                        [&](pcl::index_t i) { return is_valid((*cloud)[static_cast<std::size_t>(i)]); })
+                          : std::any_of(cloud->begin(), cloud->end(), is_valid);
+    if (has_points_) {
+      Base::setInputCloud(cloud, indices);
+      return;
+    }
+    // PCL would print an error and keep a broken index: only remember what was given.
+    this->input_ = cloud;
+    this->indices_ = indices;
+  }
+
+  /// As in PCL; a query that is not finite has no neighbour.
+  int
+  nearestKSearch(const PointT& point,
+                 int k,
+                 pcl::Indices& k_indices,
+                 std::vector<float>& k_sqr_distances) const override
+  {
+    if (has_points_ && this->getPointRepresentation()->isValid(point)) {
+      return Base::nearestKSearch(point, k, k_indices, k_sqr_distances);
+    }
+    const auto count = static_cast<std::size_t>(std::max(k, 0));
+    k_indices.assign(count, pcl::UNAVAILABLE);
+    k_sqr_distances.assign(count, std::numeric_limits<float>::infinity());
+    return 0;
+  }
+
+  /// As in PCL; a query that is not finite has no neighbour.
+  int
+  radiusSearch(const PointT& point,
+               double radius,
+               pcl::Indices& k_indices,
+               std::vector<float>& k_sqr_distances,
+               unsigned int max_nn = 0) const override
+  {
+    if (has_points_ && this->getPointRepresentation()->isValid(point)) {
+      return Base::radiusSearch(point, radius, k_indices, k_sqr_distances, max_nn);
+    }
+    k_indices.clear();
+    k_sqr_distances.clear();
+    return 0;
+  }
+
+private:
+  bool has_points_ = false; ///< at least one point of the cloud is indexed
+};
+
+} // namespace pcl_ssfr
