@@ -17,6 +17,8 @@ namespace {
 
 /// Axes whose system has a larger condition number are called dependent.
 constexpr double kMaxCondition = 1e7;
+/// A third axis must leave the plane of the first two by this cosine to their normal, whatever the options say.
+constexpr double kMinCosine = 0.01;
 
 double
 conditionNumber(const Eigen::Matrix3d& axes)
@@ -57,19 +59,22 @@ chooseAxes(const RotationCandidate& candidate,
           std::abs(c.dot(cross)) <= options.min_triple_product)
         continue;
       result.axes.col(2) = c;
+      if (!(conditionNumber(result.axes) <= kMaxCondition))
+        continue;
       result.third_is_main_normal = true;
       return result;
     }
     return std::nullopt;
   }
 
-  if (!(cross.norm() > 0))
-    return std::nullopt;
   const Eigen::Vector3d perpendicular = cross.normalized();
   result.axes.col(2) = perpendicular;
+  if (!(conditionNumber(result.axes) <= kMaxCondition))
+    return std::nullopt;
   double best = std::numeric_limits<double>::infinity();
   for (const MainNormal& mode : target) {
-    if (std::abs(mode.direction.dot(perpendicular)) < std::cos(options.cross_angle))
+    const double cosine = std::abs(mode.direction.dot(perpendicular));
+    if (cosine < std::cos(options.cross_angle) || cosine < kMinCosine)
       continue;
     const double angle = nearestRotatedNormal(mode.direction, candidate.R_target_source, source);
     if (angle >= best)
