@@ -1,0 +1,365 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+// Success, accuracy and time of a method on every pair of dataset folders (pairs.csv beside the scans).
+
+#include <pcl_ssfr/pipeline.h>
+
+#include <pcl/features/normal_3d_omp.h>
+#include <pcl/io/pcd_io.h>
+#include <pcl/point_types.h>
+#include <pcl/registration/icp.h>
+
+#include <boost/program_options.hpp>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <map>
+#include <random>
+#include <sstream>
+#include <string>
+#include <vector>
+
+namespace {
+
+namespace fs = std::filesystem;
+namespace po = boost::program_options;
+using Cloud = pcl::PointCloud<pcl::PointXYZ>;
+
+constexpr double kMaxRotationError = 2;      // [deg] success ...
+constexpr double kMaxTranslationError = 0.3; // ... and [m]
+constexpr double kDegrees = 180 / 3.14159265358979323846;
+
+struct Pair {
+  std::string source, target;
+  Eigen::Isometry3d T_target_source = Eigen::Isometry3d::Identity();
+};
+
+struct Settings {
+  std::string method = "ssfr";
+  bool turn = true; ///< turn each source by a random rotation about its sensor first
+  unsigned seed = 1;
+  unsigned threads = 2;
+  std::size_t every = 1;
+  double away = 0; ///< move the origin of both scans this far from the sensor [m]
+  bool verbose = false;
+  std::vector<std::size_t> only;
+};
+
+struct Outcome {
+  pcl_ssfr::Result result;
+  double seconds = 0;
+  double rotation_error = 180;   // [deg]
+  double translation_error = 0;  // [m]
+  int truth_rank = -1;           // place of the first right candidate
+  bool success = false;
+};
+
+std::vector<std::string>
+splitCommas(const std::string& line)
+{
+  std::vector<std::string> fields;
+  std::stringstream stream(line);
+  for (std::string field; std::getline(stream, field, ',');)
+    fields.push_back(field);
+  return fields;
+}
+
+std::vector<Pair>
+readPairs(const fs::path& file)
+{
+  std::ifstream in(file);
+  if (!in)
+    throw std::runtime_error(file.string() + ": cannot be read");
+  std::string line;
+  std::getline(in, line);
+  std::map<std::string, std::size_t> column;
+  for (const std::string& name : splitCommas(line))
+    column.emplace(name, column.size());
+  std::vector<Pair> pairs;
+  for (int number = 2; std::getline(in, line); ++number) {
+    if (line.empty())
+      continue;
+    const std::vector<std::string> fields = splitCommas(line);
+    Pair pair;
+    try {
+      pair.source = fields.at(column.at("source"));
+      pair.target = fields.at(column.at("target"));
+      for (int r = 0; r < 3; ++r)
+        for (int c = 0; c < 4; ++c)
+          pair.T_target_source.matrix()(r, c) =
+              std::stod(fields.at(column.at("T" + std::to_string(r) + std::to_string(c))));
+    }
+    catch (const std::exception&) {
+      throw std::runtime_error(file.string() + ":" + std::to_string(number) + ": not a pair: " + line);
+    }
+    pairs.push_back(pair);
+  }
+  return pairs;
+}
+
+Cloud::Ptr
+loadScan(const fs::path& folder, const std::string& name)
+{
+  auto cloud = pcl::make_shared<Cloud>();
+  const fs::path file = fs::exists(folder / name) ? folder / name : folder / "scans" / name;
+  if (pcl::io::loadPCDFile(file.string(), *cloud) < 0)
+    throw std::runtime_error(file.string() + ": cannot be read");
+  return cloud;
+}
+
+Cloud::Ptr
+moved(const Cloud& cloud, const Eigen::Isometry3d& T)
+{
+  auto out = pcl::make_shared<Cloud>(cloud);
+  for (pcl::PointXYZ& p : *out)
+    p.getVector3fMap() = (T * p.getVector3fMap().cast<double>()).cast<float>();
+  return out;
+}
+
+Eigen::Isometry3d
+randomRotation(std::mt19937_64& rng)
+{
+  const auto uniform = [&rng] { return static_cast<double>(rng() >> 11) * 0x1.0p-53; };
+  const double u = uniform(), v = 2 * EIGEN_PI * uniform(), w = 2 * EIGEN_PI * uniform();
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.linear() = Eigen::Quaterniond(std::sqrt(1 - u) * std::sin(v),
+                                  std::sqrt(1 - u) * std::cos(v),
+                                  std::sqrt(u) * std::sin(w),
+                                  std::sqrt(u) * std::cos(w))
+                   .toRotationMatrix();
+  return T;
+}
+
+pcl_ssfr::ScanView
+viewOf(const Cloud& cloud)
+{
+  pcl_ssfr::ScanView view;
+  view.xyz = cloud.empty() ? nullptr : cloud.points.data()->data;
+  view.stride = sizeof(pcl::PointXYZ) / sizeof(float);
+  view.size = cloud.size();
+  return view;
+}
+
+pcl::PointCloud<pcl::PointNormal>::Ptr
+withNormals(const Cloud::Ptr& cloud, unsigned threads)
+{
+  pcl::NormalEstimationOMP<pcl::PointXYZ, pcl::PointNormal> estimation(threads);
+  estimation.setInputCloud(cloud);
+  estimation.setKSearch(20);
+  auto out = pcl::make_shared<pcl::PointCloud<pcl::PointNormal>>();
+  estimation.compute(*out);
+  pcl::PointCloud<pcl::PointNormal>::Ptr kept = pcl::make_shared<pcl::PointCloud<pcl::PointNormal>>();
+  for (std::size_t i = 0; i < cloud->size(); ++i) {
+    pcl::PointNormal p = (*out)[i];
+    p.getVector3fMap() = (*cloud)[i].getVector3fMap();
+    if (std::isfinite(p.normal_x))
+      kept->push_back(p);
+  }
+  return kept;
+}
+
+pcl_ssfr::Result
+runIcp(const Cloud::Ptr& source, const Cloud::Ptr& target, unsigned threads)
+{
+  pcl::IterativeClosestPointWithNormals<pcl::PointNormal, pcl::PointNormal> icp;
+  const auto s = withNormals(source, threads);
+  icp.setInputSource(s);
+  icp.setInputTarget(withNormals(target, threads));
+  icp.setMaximumIterations(50);
+  pcl::PointCloud<pcl::PointNormal> out;
+  icp.align(out);
+  pcl_ssfr::Result result;
+  result.T_target_source.matrix() = icp.getFinalTransformation().cast<double>();
+  result.status = icp.hasConverged() ? pcl_ssfr::Status::Converged : pcl_ssfr::Status::NoCandidate;
+  result.confidence = icp.hasConverged() ? 1 : 0;
+  return result;
+}
+
+pcl_ssfr::Result
+runMethod(const Cloud::Ptr& source, const Cloud::Ptr& target, const Settings& settings)
+{
+  using namespace pcl_ssfr;
+  if (settings.method == "icp_point_to_plane")
+    return runIcp(source, target, settings.threads);
+  Options options = makeOptions(settings.method == "ssfr_paper2017" ? Profile::Paper2017 : Profile::Default);
+  options.threads = settings.threads;
+  const PreparedScan s = prepareScan(viewOf(*source), options);
+  const PreparedScan t = prepareScan(viewOf(*target), options);
+  return registerScans(s, t, options);
+}
+
+void
+judge(const Eigen::Isometry3d& estimate, const Eigen::Isometry3d& truth, double& degrees, double& metres)
+{
+  const Eigen::Isometry3d error = estimate.inverse() * truth;
+  const Eigen::Quaterniond q(error.linear());
+  degrees = 2 * std::atan2(q.vec().norm(), std::abs(q.w())) * kDegrees;
+  metres = (estimate.translation() - truth.translation()).norm();
+}
+
+Outcome
+runPair(const fs::path& folder, const Pair& pair, std::size_t number, const Settings& settings)
+{
+  Cloud::Ptr source = loadScan(folder, pair.source);
+  Cloud::Ptr target = loadScan(folder, pair.target);
+  std::mt19937_64 rng(settings.seed * 1000003u + number);
+  Eigen::Isometry3d motion = settings.turn ? randomRotation(rng) : Eigen::Isometry3d::Identity();
+  Eigen::Isometry3d target_motion = Eigen::Isometry3d::Identity();
+  if (settings.away > 0) {
+    motion.pretranslate(randomRotation(rng).linear() * Eigen::Vector3d(settings.away, 0, 0));
+    target_motion.translation() = randomRotation(rng).linear() * Eigen::Vector3d(settings.away, 0, 0);
+    target = moved(*target, target_motion);
+  }
+  source = moved(*source, motion);
+  const Eigen::Isometry3d truth = target_motion * pair.T_target_source * motion.inverse();
+
+  Outcome outcome;
+  const auto start = std::chrono::steady_clock::now();
+  outcome.result = runMethod(source, target, settings);
+  outcome.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  // The translation error is taken where the source's sensor lies.
+  const Eigen::Isometry3d at_sensor(motion);
+  judge(outcome.result.T_target_source * at_sensor, truth * at_sensor, outcome.rotation_error, outcome.translation_error);
+  const auto right = [](double degrees, double metres) {
+    return degrees < kMaxRotationError && metres < kMaxTranslationError;
+  };
+  outcome.success = right(outcome.rotation_error, outcome.translation_error);
+  for (std::size_t k = 0; k < outcome.result.candidates.size() && outcome.truth_rank < 0; ++k) {
+    double degrees = 0, metres = 0;
+    judge(outcome.result.candidates[k].T_target_source * at_sensor, truth * at_sensor, degrees, metres);
+    if (right(degrees, metres))
+      outcome.truth_rank = static_cast<int>(k);
+  }
+  return outcome;
+}
+
+double
+median(std::vector<double> values)
+{
+  if (values.empty())
+    return std::nan("");
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+struct Totals {
+  std::size_t pairs = 0, solved = 0, converged = 0, converged_right = 0;
+  std::vector<double> degrees, metres, seconds;
+  std::map<std::string, double> stages;
+
+  void
+  add(const Outcome& o)
+  {
+    ++pairs;
+    solved += o.success;
+    converged += o.result.accepted();
+    converged_right += o.result.accepted() && o.success;
+    seconds.push_back(o.seconds);
+    if (o.success) {
+      degrees.push_back(o.rotation_error);
+      metres.push_back(o.translation_error);
+    }
+    for (const pcl_ssfr::StageReport& s : o.result.stages)
+      stages[s.name] += s.seconds;
+  }
+  void
+  print(const std::string& name) const
+  {
+    std::printf("| %-20s | %5zu | %6zu | %5.1f %% | %9zu | %15zu | %8.3f | %6.1f | %6.3f |\n",
+                name.c_str(), pairs, solved, 100.0 * static_cast<double>(solved) / static_cast<double>(std::max<std::size_t>(1, pairs)),
+                converged, converged - converged_right, median(degrees), 100 * median(metres), median(seconds));
+    std::fflush(stdout);
+  }
+};
+
+int
+run(const std::vector<std::string>& folders, const Settings& settings)
+{
+  Totals all;
+  if (!settings.verbose)
+    std::printf("Method %s, source %s, %u threads\n\n"
+                "| set                  | pairs | solved |   rate  | converged | converged wrong | med. deg | med.cm | med. s |\n"
+                "|----------------------|-------|--------|---------|-----------|-----------------|----------|--------|--------|\n",
+                settings.method.c_str(), settings.turn ? "turned at random" : "as it is", settings.threads);
+  for (const std::string& name : folders) {
+    const fs::path folder(name);
+    const std::vector<Pair> pairs = readPairs(folder / "pairs.csv");
+    const std::string set = fs::weakly_canonical(folder).filename().string();
+    Totals totals;
+    for (std::size_t i = 0; i < pairs.size(); i += settings.every) {
+      if (!settings.only.empty() && std::find(settings.only.begin(), settings.only.end(), i) == settings.only.end())
+        continue;
+      const Outcome o = runPair(folder, pairs[i], i, settings);
+      totals.add(o);
+      all.add(o);
+      if (settings.verbose || std::getenv("SHOW_FAILED")) {
+        const auto& c = o.result.candidates;
+        if (settings.verbose || !o.success) {
+          std::printf("%s %zu %s->%s %s %s rot %.3f t %.3f conf %.3f overlap %.3f contra %.4f rank %d", set.c_str(), i,
+                      pairs[i].source.c_str(), pairs[i].target.c_str(), o.success ? "ok" : "WRONG", toString(o.result.status),
+                      o.rotation_error, o.translation_error, o.result.confidence, o.result.overlap, o.result.contradiction, o.truth_rank);
+          for (std::size_t k = 0; k < std::min<std::size_t>(c.size(), 4); ++k)
+            std::printf(" [%.3f %.3f %.4f]", c[k].score, c[k].overlap, c[k].contradiction);
+          std::printf(" %.3f s\n", o.seconds);
+        }
+      }
+    }
+    totals.print(set);
+  }
+  all.print("all");
+  std::printf("\nMean seconds a pair:");
+  for (const auto& [stage, seconds] : all.stages)
+    std::printf(" %s %.4f;", stage.c_str(), seconds / static_cast<double>(std::max<std::size_t>(1, all.pairs)));
+  std::printf("\n");
+  return 0;
+}
+
+} // namespace
+
+int
+main(int argc, char** argv)
+{
+  Settings settings;
+  std::vector<std::string> folders;
+  bool as_is = false;
+  po::options_description options("dataset_table [options] DATASET...");
+  options.add_options()
+      ("help", "this text")
+      ("method", po::value(&settings.method)->default_value(settings.method), "ssfr, ssfr_paper2017 or icp_point_to_plane")
+      ("as-is", po::bool_switch(&as_is), "do not turn the sources")
+      ("seed", po::value(&settings.seed)->default_value(settings.seed), "of the random rotations")
+      ("threads", po::value(&settings.threads)->default_value(settings.threads), "")
+      ("every", po::value(&settings.every)->default_value(settings.every), "take every k-th pair")
+      ("pairs", po::value(&settings.only)->multitoken(), "only these rows")
+      ("away", po::value(&settings.away)->default_value(0), "move the origins this far from the sensors [m]")
+      ("verbose", po::bool_switch(&settings.verbose), "a line a pair")
+      ("dataset", po::value(&folders), "folders");
+  po::positional_options_description positional;
+  positional.add("dataset", -1);
+  try {
+    po::variables_map vm;
+    po::store(po::command_line_parser(argc, argv).options(options).positional(positional).run(), vm);
+    po::notify(vm);
+    if (vm.count("help") || folders.empty()) {
+      std::cout << options;
+      return vm.count("help") ? 0 : 2;
+    }
+    settings.turn = !as_is;
+    return run(folders, settings);
+  }
+  catch (const po::error& e) {
+    std::cerr << "dataset_table: " << e.what() << '\n';
+    return 2;
+  }
+  catch (const std::exception& e) {
+    std::cerr << "dataset_table: " << e.what() << '\n';
+    return 3;
+  }
+}

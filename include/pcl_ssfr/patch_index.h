@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#pragma once
+
+#include <pcl_ssfr/planar_patches.h>
+
+#include <Eigen/Core>
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace pcl_ssfr {
+
+/// Number of classes that directions are quantised to: 3 x 3 cells on each face of a cube.
+constexpr int kDirectionClasses = 54;
+
+/// Class of a direction of any length > 0, [0, kDirectionClasses).
+int
+directionClass(const Eigen::Vector3f& d);
+
+/// Bit set of the classes whose centre is within \p angle [rad] of unit vector \p d.
+std::uint64_t
+directionClassesNear(const Eigen::Vector3f& d, double angle);
+
+/** \brief Planar patches in a dense voxel grid: which patches pass near a place, and which way they face.
+ *
+ * Two answers of different cost: mask(p), the directions of all patches near p as one load, for the search over
+ * thousands of poses; and find(p, n), the best compatible patch, for scoring and refinement.
+ */
+class PatchIndex {
+public:
+  /// When a place on a patch of one scan meets a patch of the other.
+  struct Tolerance {
+    float min_cos = 0.9f;    ///< of the angle between the normals
+    float distance = 0.3f;   ///< to the plane [m]
+    float lateral = 0.3f;    ///< beyond the edge of the patch [m]
+    bool either_side = false; ///< the signs of the normals carry no information
+  };
+
+  PatchIndex() = default;
+
+  /** \param[in] patches the patches \param[in] voxel wanted edge of a voxel [m]; grows where the grid would have more
+   * than \p max_voxels
+   */
+  PatchIndex(const PlanarPatches& patches, double voxel, std::size_t max_voxels = std::size_t{1} << 21);
+
+  bool
+  empty() const
+  {
+    return entries_.empty();
+  }
+  double
+  voxel() const
+  {
+    return voxel_;
+  }
+
+  /// Direction classes of the patches within about a voxel of \p p; 0 outside of the grid.
+  std::uint64_t
+  mask(const Eigen::Vector3f& p) const
+  {
+    const std::int64_t v = voxelAt(p);
+    return v < 0 ? 0 : masks_[static_cast<std::size_t>(v)];
+  }
+
+  /// The compatible patch with the smallest plane distance at place \p p with unit normal \p n; -1 when there is none.
+  int
+  find(const Eigen::Vector3f& p, const Eigen::Vector3f& n, const Tolerance& tolerance) const;
+
+  /// Centroid of patch \p i.
+  const Eigen::Vector3f&
+  centroid(int i) const
+  {
+    return planes_[static_cast<std::size_t>(i)].centroid;
+  }
+  /// Unit normal of patch \p i.
+  const Eigen::Vector3f&
+  normal(int i) const
+  {
+    return planes_[static_cast<std::size_t>(i)].normal;
+  }
+
+private:
+  /// A patch as find() needs it, in one cache line.
+  struct Plane {
+    Eigen::Vector3f centroid;
+    Eigen::Vector3f normal;
+    Eigen::Vector3f major;     ///< unit, direction of the largest extent
+    float half_major = 0;      ///< [m]
+    float half_minor = 0;      ///< [m]
+  };
+
+  std::int64_t
+  voxelAt(const Eigen::Vector3f& p) const
+  {
+    const Eigen::Array3f v = (p.array() - origin_.array()) * inverse_voxel_;
+    if (!((v >= 0.f).all() && (v < dims_.cast<float>().array()).all()))
+      return -1;
+    const Eigen::Array3i i = v.cast<int>();
+    return (static_cast<std::int64_t>(i.z()) * dims_.y() + i.y()) * dims_.x() + i.x();
+  }
+  template <typename Visit>
+  void
+  rasterise(const Plane& plane, const Visit& visit) const;
+
+  float inverse_voxel_ = 0;
+  double voxel_ = 0;
+  Eigen::Vector3f origin_ = Eigen::Vector3f::Zero();
+  Eigen::Vector3i dims_ = Eigen::Vector3i::Zero();
+  std::vector<Plane> planes_;
+  std::vector<std::uint64_t> masks_;
+  std::vector<std::uint32_t> starts_;
+  std::vector<std::uint32_t> entries_;
+};
+
+} // namespace pcl_ssfr

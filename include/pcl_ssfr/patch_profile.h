@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#pragma once
+
+#include <pcl_ssfr/options.h>
+#include <pcl_ssfr/patch_index.h>
+#include <pcl_ssfr/pose_search.h>
+#include <pcl_ssfr/range_image.h>
+#include <pcl_ssfr/result.h>
+#include <pcl_ssfr/scan_view.h>
+
+#include <vector>
+
+namespace pcl_ssfr {
+
+/// One scan as the default profile needs it: patches, main normals, lookup, range image.
+struct PatchScan {
+  ScanExtent extent;
+  double scale = 1;                                 ///< of the scene: 1 for rooms to streets, multiplies every length
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero(); ///< subtracted from the points in double [m]
+  bool viewpoint_used = false;                      ///< the viewpoint is believed
+  PlanarPatches patches;
+  std::vector<MainNormal> main_normals;
+  VotingSamples votes;
+  PatchIndex index;
+  RangeImage range_image; ///< empty when the viewpoint is not believed
+  Eigen::Matrix3Xf polish_points;  ///< points on patches for the final polish, 3 x N
+  Eigen::Matrix3Xf polish_normals; ///< normals of their patches, 3 x N
+  std::vector<StageReport> stages;
+};
+
+/** \brief Stages 1 to 5 of the default profile for one scan. Never fails on data: see PatchScan::extent and sizes. */
+PatchScan
+preparePatchScan(const ScanView& scan, const Options& options);
+
+/** \brief Stages 6 to 13 of the default profile: rotations, translations, visibility, refinement, selection. */
+Result
+registerPatchScans(const PatchScan& source,
+                   const PatchScan& target,
+                   const Options& options,
+                   const Eigen::Isometry3d* guess);
+
+} // namespace pcl_ssfr

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#pragma once
+
+#include <pcl_ssfr/rotation_candidates.h>
+#include <pcl_ssfr/translation.h>
+#include <pcl_ssfr/visibility_score.h>
+
+#include <vector>
+
+namespace pcl_ssfr {
+
+/// Options of the search for translations under a given rotation.
+struct PoseSearchOptions {
+  int samples = 160;               ///< places of the source that vote, >= 8
+  int peaks_first = 5;             ///< correlation peaks tried along the best observed axis, >= 1
+  int peaks_second = 8;            ///< and along the second, >= 1
+  double bin_width = 0.1;          ///< of the histograms [m]
+  double parallel_cos = 0.97;      ///< a patch counts along an axis when its normal is that parallel
+  double peak_separation = 0.3;    ///< [m]
+  double step = 0.25;              ///< of the exhaustive search along the third axis [m]
+  double contradiction_weight = 2; ///< a vote against counts so many votes for
+  int keep = 24;                   ///< poses kept a rotation
+  VisibilityOptions visibility;
+};
+
+/// A pose that deserves a closer look.
+struct PoseHypothesis {
+  Eigen::Isometry3d T_target_source = Eigen::Isometry3d::Identity();
+  double score = 0; ///< share of votes for, less the weighted share of votes against
+};
+
+/** \brief Places of a scan that vote on poses: drawn systematically from its patches so that every main direction is
+ * heard, with equal weights.
+ */
+struct VotingSamples {
+  Eigen::Matrix3Xf points;  ///< 3 x N [m]
+  Eigen::Matrix3Xf normals; ///< unit, 3 x N
+};
+
+/// Draw \p count voting samples; each direction gets a share that grows with the square root of its surface.
+VotingSamples
+drawVotingSamples(const OrientedSamples& samples, const std::vector<MainNormal>& main_normals, int count);
+
+/** \brief Translations for one rotation: correlation peaks along the two best observed axes (METHOD stages 9 to 11),
+ * every shift along the third (METHOD point 14a: it is the axis with few planes on which the truth gets lost), judged by
+ * votes of the samples.
+ * \return at most options.keep poses, distinct by peak_separation, best first
+ */
+std::vector<PoseHypothesis>
+searchTranslations(const OrientedSamples& source,
+                   const VotingSamples& votes,
+                   const OrientedSamples& target,
+                   const std::vector<MainNormal>& target_main_normals,
+                   const PatchIndex& target_index,
+                   const RangeImage* target_image,
+                   const Eigen::Matrix3d& R_target_source,
+                   const PoseSearchOptions& options);
+
+} // namespace pcl_ssfr

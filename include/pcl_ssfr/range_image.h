@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#pragma once
+
+#include <Eigen/Core>
+
+#include <cmath>
+#include <vector>
+
+namespace pcl_ssfr {
+
+/** \brief What a sensor saw in each direction: the nearest and farthest return of each cell of a cube map.
+ *
+ * A cube map has no poles and needs no trigonometry; its cells are 0.5 to 1 times the nominal angle wide.
+ */
+class RangeImage {
+public:
+  RangeImage() = default;
+
+  /** \param[in] points 3 x N, in one frame with \p viewpoint [m] \param[in] viewpoint the sensor
+   * \param[in] cell nominal width of a cell [rad], (0, pi/2]
+   */
+  RangeImage(const Eigen::Matrix3Xf& points, const Eigen::Vector3f& viewpoint, double cell);
+
+  bool
+  empty() const
+  {
+    return nearest_.empty();
+  }
+  const Eigen::Vector3f&
+  viewpoint() const
+  {
+    return viewpoint_;
+  }
+  std::size_t
+  size() const
+  {
+    return nearest_.size();
+  }
+  /// Index of the cell in which direction \p d (from the viewpoint, any length > 0) lies.
+  std::size_t
+  cell(const Eigen::Vector3f& d) const
+  {
+    const Eigen::Array3f a = d.array().abs();
+    int axis = a.y() > a.x() ? 1 : 0;
+    axis = a.z() > a[axis] ? 2 : axis;
+    const int u = axis == 0 ? 1 : 0;
+    const int v = axis == 2 ? 1 : 2;
+    const float scale = half_ / a[axis];
+    const auto column = std::min(resolution_ - 1, static_cast<int>(d[u] * scale + half_));
+    const auto row = std::min(resolution_ - 1, static_cast<int>(d[v] * scale + half_));
+    const int face = 2 * axis + (d[axis] < 0 ? 1 : 0);
+    return static_cast<std::size_t>((face * resolution_ + row) * resolution_ + column);
+  }
+  /// Range of the nearest return in a cell [m]; 0 when there was none.
+  float
+  nearest(std::size_t cell) const
+  {
+    return nearest_[cell];
+  }
+  /// Range of the farthest return in a cell [m]; 0 when there was none.
+  float
+  farthest(std::size_t cell) const
+  {
+    return farthest_[cell];
+  }
+
+private:
+  int resolution_ = 0; ///< cells along the edge of a face
+  float half_ = 0;
+  Eigen::Vector3f viewpoint_ = Eigen::Vector3f::Zero();
+  std::vector<float> nearest_;
+  std::vector<float> farthest_;
+};
+
+/** \brief Share of the directions with several returns whose returns lie at two depths (METHOD point 11).
+ *
+ * Seen from its sensor a scan has one return a direction. Two depths: the farthest is beyond 1.5 times the nearest
+ * + \p margin [m]. \return [0, 1]; 0 when no cell holds two returns.
+ */
+double
+twoDepthShare(const Eigen::Matrix3Xf& points, const Eigen::Vector3f& viewpoint, double cell, double margin);
+
+/** \brief Whether \p points (3 x N) look as if they were seen from \p viewpoint: few directions hold two depths, and
+ * markedly fewer than from places around it (METHOD point 11).
+ * \param[in] scale of the scene, > 0: 1 for rooms to streets; the places tried are 3 m * scale away
+ */
+bool
+isPlausibleViewpoint(const Eigen::Matrix3Xf& points, const Eigen::Vector3f& viewpoint, double scale);
+
+} // namespace pcl_ssfr

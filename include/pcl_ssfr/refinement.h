@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#pragma once
+
+#include <pcl_ssfr/patch_index.h>
+#include <pcl_ssfr/planar_patches.h>
+
+#include <Eigen/Geometry>
+
+namespace pcl_ssfr {
+
+/// Options of the robust plane-to-plane refinement (METHOD point 7).
+struct RefinementOptions {
+  PatchIndex::Tolerance match;     ///< of the first step; distances shrink from step to step
+  double final_distance = 0.05;    ///< plane distance allowed in the last step [m], > 0
+  int steps = 8;                   ///< >= 1
+  double min_step = 1e-5;          ///< stop when a step at the final distance is smaller ([m] and [rad])
+};
+
+/// A refined pose and the linear system of its last step.
+struct Refinement {
+  Eigen::Isometry3d T_target_source = Eigen::Isometry3d::Identity();
+  /// Sum of weight J J^T with J = [p x n; n], p relative to \ref centre: rotation [rad], translation [m].
+  Eigen::Matrix<double, 6, 6> hessian = Eigen::Matrix<double, 6, 6>::Zero();
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero(); ///< weighted mean of the matched places, target frame [m]
+  double weight = 0;     ///< robust weight of all matches
+  double rms = 0;        ///< weighted root mean square plane distance of the matches [m]
+  Eigen::Index matches = 0;
+  int steps = 0;
+};
+
+/** \brief Refine a pose by robust point-to-plane steps, patches of the source onto planes of the target.
+ *
+ * Each patch counts with its whole surface: its covariance enters the normal equations exactly, so that large patches
+ * also bind the rotation. Motions that the matches leave free are not moved. With fewer than 3 matches the pose stays.
+ */
+Refinement
+refinePatches(const PlanarPatches& source,
+              const PatchIndex& target,
+              const Eigen::Isometry3d& T_target_source,
+              const RefinementOptions& options);
+
+/** \brief The same with points (3 x N, source frame, with unit normals) instead of patches: for the final polish. */
+Refinement
+refinePoints(const Eigen::Matrix3Xf& points,
+             const Eigen::Matrix3Xf& normals,
+             const PatchIndex& target,
+             const Eigen::Isometry3d& T_target_source,
+             const RefinementOptions& options);
+
+/// Small motion (w, v) as a rigid transform: rotation by w [rad], then translation by v [m].
+Eigen::Isometry3d
+expSe3(const Eigen::Matrix<double, 6, 1>& motion);
+
+} // namespace pcl_ssfr

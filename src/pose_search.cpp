@@ -1,0 +1,350 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#include <pcl_ssfr/pose_search.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+namespace pcl_ssfr {
+
+namespace {
+
+constexpr double kDirectionRadius = 0.35;  // [rad] surface within this of a main normal belongs to it
+constexpr double kMaxAxisCos = 0.5;        // the second axis is at least 60 degrees from the first
+constexpr double kMinSharedLength = 0.25;  // of the shorter scan's length that must overlap along the third axis
+constexpr int kScreeningStride = 4;        // every fourth vote is counted before the rest
+constexpr double kScreeningShare = 0.5;    // of the best screened count that is worth counting in full
+
+/// Main normal that a direction belongs to, or main_normals.size().
+std::size_t
+nearestMainNormal(const Eigen::Vector3d& n, const std::vector<MainNormal>& main_normals)
+{
+  std::size_t best = main_normals.size();
+  double best_cos = std::cos(kDirectionRadius);
+  for (std::size_t k = 0; k < main_normals.size(); ++k) {
+    const double c = main_normals[k].direction.dot(n);
+    if (c > best_cos) {
+      best_cos = c;
+      best = k;
+    }
+  }
+  return best;
+}
+
+/// Surface of \p samples that faces along \p axis.
+double
+surfaceFacing(const OrientedSamples& samples, const Eigen::Vector3d& axis, double min_cos)
+{
+  double sum = 0;
+  for (Eigen::Index i = 0; i < samples.size(); ++i) {
+    const double c = samples.normals.col(i).dot(axis);
+    if ((samples.oriented ? c : std::abs(c)) > min_cos)
+      sum += samples.weights[i];
+  }
+  return sum;
+}
+
+/// Surface of the two scans that can meet along an axis: facing +axis in both plus facing -axis in both.
+double
+sharedSurface(const OrientedSamples& source,
+              const OrientedSamples& target,
+              const Eigen::Vector3d& source_axis,
+              const Eigen::Vector3d& target_axis,
+              double min_cos)
+{
+  return std::min(surfaceFacing(source, source_axis, min_cos), surfaceFacing(target, target_axis, min_cos)) +
+         std::min(surfaceFacing(source, -source_axis, min_cos), surfaceFacing(target, -target_axis, min_cos));
+}
+
+/// Histogram for correlation: smoothed, and clipped so that one huge wall does not decide alone.
+AxisHistogram
+axisHistogram(const OrientedSamples& samples,
+              const Eigen::Vector3d& axis,
+              HistogramOptions::Facing facing,
+              const PoseSearchOptions& options)
+{
+  HistogramOptions histogram;
+  histogram.bin_width = options.bin_width;
+  histogram.parallel_cos = options.parallel_cos;
+  histogram.facing = facing;
+  histogram.normalise = false;
+  AxisHistogram h = projectOnAxis(samples, axis, histogram);
+  if (h.counts.size() == 0)
+    return h;
+  h.counts = h.counts.cwiseSqrt();
+  return smoothHistogram(h, 1);
+}
+
+/// Peaks of the correlation along an axis; opposite faces are kept apart and their correlations added (METHOD point 4).
+std::vector<ShiftPeak>
+axisPeaks(const OrientedSamples& source,
+          const OrientedSamples& target,
+          const Eigen::Vector3d& source_axis,
+          const Eigen::Vector3d& target_axis,
+          int count,
+          const PoseSearchOptions& options)
+{
+  using Facing = HistogramOptions::Facing;
+  const bool oriented = source.oriented && target.oriented;
+  Correlation sum;
+  for (const Facing facing : {Facing::Forward, Facing::Backward}) {
+    const Facing f = oriented ? facing : Facing::Either;
+    const AxisHistogram hs = axisHistogram(source, source_axis, f, options);
+    const AxisHistogram ht = axisHistogram(target, target_axis, f, options);
+    Correlation c = correlate(hs, ht);
+    if (c.values.size() == 0)
+      continue;
+    if (sum.values.size() == 0) {
+      sum = c;
+      continue;
+    }
+    const auto offset = [&](const Correlation& a) {
+      return static_cast<Eigen::Index>(
+          std::lround((a.first_shift - std::min(sum.first_shift, c.first_shift)) / options.bin_width));
+    };
+    const Eigen::Index os = offset(sum);
+    const Eigen::Index oc = offset(c);
+    Correlation both;
+    both.bin_width = sum.bin_width;
+    both.first_shift = std::min(sum.first_shift, c.first_shift);
+    both.values = Eigen::VectorXd::Zero(std::max(os + sum.values.size(), oc + c.values.size()));
+    both.values.segment(os, sum.values.size()) += sum.values;
+    both.values.segment(oc, c.values.size()) += c.values;
+    sum = both;
+    if (!oriented)
+      break;
+  }
+  CorrelationOptions correlation;
+  correlation.envelope_half_window = 0;
+  correlation.max_peaks = count;
+  correlation.min_separation = options.peak_separation;
+  correlation.sub_bin = true;
+  std::vector<ShiftPeak> peaks = findPeaks(sum, correlation);
+  if (peaks.empty())
+    peaks.push_back({});
+  return peaks;
+}
+
+/// Two axes in the target frame along which the scans share most surface, and the direction across both.
+Eigen::Matrix3d
+chooseSearchAxes(const OrientedSamples& source,
+                 const OrientedSamples& target,
+                 const std::vector<MainNormal>& main_normals,
+                 const Eigen::Matrix3d& R,
+                 double min_cos)
+{
+  std::vector<double> shared;
+  shared.reserve(main_normals.size());
+  for (const MainNormal& m : main_normals)
+    shared.push_back(sharedSurface(source, target, R.transpose() * m.direction, m.direction, min_cos));
+  const auto best = [&](const Eigen::Vector3d* other) {
+    std::size_t chosen = main_normals.size();
+    for (std::size_t k = 0; k < main_normals.size(); ++k)
+      if ((!other || std::abs(main_normals[k].direction.dot(*other)) < kMaxAxisCos) &&
+          (chosen == main_normals.size() || shared[k] > shared[chosen]))
+        chosen = k;
+    return chosen;
+  };
+  Eigen::Matrix3d axes;
+  const std::size_t first = best(nullptr);
+  axes.col(0) = first < main_normals.size() ? main_normals[first].direction : Eigen::Vector3d::UnitZ();
+  const Eigen::Vector3d a = axes.col(0);
+  const std::size_t second = best(&a);
+  axes.col(1) = second < main_normals.size() ? main_normals[second].direction : a.unitOrthogonal();
+  axes.col(2) = a.cross(axes.col(1)).normalized();
+  return axes;
+}
+
+/// Votes for poses that differ only by their translation.
+class Ballot {
+public:
+  Ballot(const VotingSamples& votes,
+         const PatchIndex& index,
+         const RangeImage* image,
+         const Eigen::Matrix3d& R,
+         const VisibilityOptions& options)
+  : index_(index), image_(image), options_(options), points_(R.cast<float>() * votes.points)
+  {
+    bits_.reserve(static_cast<std::size_t>(points_.cols()));
+    for (Eigen::Index i = 0; i < points_.cols(); ++i)
+      bits_.push_back(std::uint64_t{1} << directionClass(R.cast<float>() * votes.normals.col(i)));
+  }
+
+  Eigen::Index
+  size() const
+  {
+    return points_.cols();
+  }
+
+  /// Votes for the translation among the samples first, first + stride, ...
+  int
+  votesFor(const Eigen::Vector3f& t, Eigen::Index first, Eigen::Index stride) const
+  {
+    int votes = 0;
+    for (Eigen::Index i = first; i < points_.cols(); i += stride)
+      votes += (index_.mask(points_.col(i) + t) & bits_[static_cast<std::size_t>(i)]) != 0;
+    return votes;
+  }
+
+  /// Samples that hang in the free space of the target.
+  int
+  votesAgainst(const Eigen::Vector3f& t) const
+  {
+    if (!image_)
+      return 0;
+    int votes = 0;
+    for (Eigen::Index i = 0; i < points_.cols(); ++i) {
+      const Eigen::Vector3f p = points_.col(i) + t;
+      if ((index_.mask(p) & bits_[static_cast<std::size_t>(i)]) != 0)
+        continue;
+      const Eigen::Vector3f ray = p - image_->viewpoint();
+      const float nearest = image_->nearest(image_->cell(ray));
+      votes += nearest > 0 && ray.norm() < options_.free_ratio * nearest - options_.free_margin;
+    }
+    return votes;
+  }
+
+private:
+  const PatchIndex& index_;
+  const RangeImage* image_;
+  const VisibilityOptions& options_;
+  Eigen::Matrix3Xf points_;
+  std::vector<std::uint64_t> bits_;
+};
+
+/// Interval of the samples' positions along an axis that holds all but the outermost twentieth at each end.
+std::pair<double, double>
+centralInterval(const OrientedSamples& samples, const Eigen::Vector3d& axis)
+{
+  Eigen::VectorXd along = samples.points.transpose() * axis;
+  const Eigen::Index cut = along.size() / 20;
+  std::nth_element(along.data(), along.data() + cut, along.data() + along.size());
+  const double low = along[cut];
+  std::nth_element(along.data(), along.data() + (along.size() - 1 - cut), along.data() + along.size());
+  return {low, along[along.size() - 1 - cut]};
+}
+
+} // namespace
+
+VotingSamples
+drawVotingSamples(const OrientedSamples& samples, const std::vector<MainNormal>& main_normals, int count)
+{
+  const auto n = static_cast<std::size_t>(samples.size());
+  std::vector<std::vector<Eigen::Index>> members(main_normals.size() + 1);
+  std::vector<double> surface(main_normals.size() + 1, 0);
+  for (std::size_t i = 0; i < n; ++i) {
+    const auto column = static_cast<Eigen::Index>(i);
+    const std::size_t k = nearestMainNormal(samples.normals.col(column), main_normals);
+    members[k].push_back(column);
+    surface[k] += samples.weights[column];
+  }
+  double total = 0;
+  for (const double s : surface)
+    total += std::sqrt(s);
+
+  std::vector<Eigen::Index> drawn;
+  for (std::size_t k = 0; k < members.size(); ++k) {
+    const auto wanted = static_cast<std::size_t>(std::lround(count * std::sqrt(surface[k]) / total));
+    if (wanted == 0 || members[k].empty())
+      continue;
+    const double interval = surface[k] / static_cast<double>(wanted);
+    double sum = 0;
+    double next = 0.5 * interval;
+    for (const Eigen::Index i : members[k]) {
+      sum += samples.weights[i];
+      if (sum < next)
+        continue;
+      drawn.push_back(i); // a large patch is drawn once however many intervals it spans
+      next += interval * std::ceil((sum - next) / interval);
+      if (next <= sum)
+        next += interval;
+    }
+  }
+  VotingSamples votes;
+  votes.points.resize(3, static_cast<Eigen::Index>(drawn.size()));
+  votes.normals.resize(3, static_cast<Eigen::Index>(drawn.size()));
+  for (std::size_t i = 0; i < drawn.size(); ++i) {
+    votes.points.col(static_cast<Eigen::Index>(i)) = samples.points.col(drawn[i]).cast<float>();
+    votes.normals.col(static_cast<Eigen::Index>(i)) = samples.normals.col(drawn[i]).cast<float>();
+  }
+  return votes;
+}
+
+std::vector<PoseHypothesis>
+searchTranslations(const OrientedSamples& source,
+                   const VotingSamples& votes,
+                   const OrientedSamples& target,
+                   const std::vector<MainNormal>& target_main_normals,
+                   const PatchIndex& target_index,
+                   const RangeImage* target_image,
+                   const Eigen::Matrix3d& R,
+                   const PoseSearchOptions& options)
+{
+  const Eigen::Matrix3d axes = chooseSearchAxes(source, target, target_main_normals, R, options.parallel_cos);
+  const auto peaks = [&](int axis, int count) {
+    return axisPeaks(source, target, R.transpose() * axes.col(axis), axes.col(axis), count, options);
+  };
+  const std::vector<ShiftPeak> first = peaks(0, options.peaks_first);
+  const std::vector<ShiftPeak> second = peaks(1, options.peaks_second);
+
+  const auto [source_low, source_high] = centralInterval(source, R.transpose() * axes.col(2));
+  const auto [target_low, target_high] = centralInterval(target, axes.col(2));
+  const double shared = kMinSharedLength * std::min(source_high - source_low, target_high - target_low);
+  const double shift_low = target_low - source_high + shared;
+  const int shifts = std::max(
+      1, static_cast<int>(std::ceil((target_high - source_low - shared - shift_low) / options.step)));
+
+  const Ballot ballot(votes, target_index, target_image, R, options.visibility);
+  std::vector<PoseHypothesis> found;
+  std::vector<int> counts(static_cast<std::size_t>(shifts));
+  int best_screened = 0;
+  for (const ShiftPeak& a : first)
+    for (const ShiftPeak& b : second) {
+      const Eigen::Vector3f base = composeShifts(axes, {a.shift, b.shift, shift_low}).cast<float>();
+      const Eigen::Vector3f step = (axes.col(2) * options.step).cast<float>();
+      for (int s = 0; s < shifts; ++s) {
+        const Eigen::Vector3f t = base + static_cast<float>(s) * step;
+        int& count = counts[static_cast<std::size_t>(s)];
+        count = ballot.votesFor(t, 0, kScreeningStride);
+        best_screened = std::max(best_screened, count);
+        if (count < kScreeningShare * best_screened) {
+          count = 0;
+          continue;
+        }
+        for (Eigen::Index k = 1; k < kScreeningStride; ++k)
+          count += ballot.votesFor(t, k, kScreeningStride);
+      }
+      for (int s = 0; s < shifts; ++s) {
+        const int count = counts[static_cast<std::size_t>(s)];
+        if (count == 0 || (s > 0 && counts[static_cast<std::size_t>(s - 1)] > count) ||
+            (s + 1 < shifts && counts[static_cast<std::size_t>(s + 1)] >= count))
+          continue;
+        const Eigen::Vector3f t = base + static_cast<float>(s) * step;
+        PoseHypothesis pose;
+        pose.T_target_source.linear() = R;
+        pose.T_target_source.translation() = t.cast<double>();
+        pose.score = (count - options.contradiction_weight * ballot.votesAgainst(t)) /
+                     static_cast<double>(std::max<Eigen::Index>(1, ballot.size()));
+        found.push_back(pose);
+      }
+    }
+
+  std::stable_sort(found.begin(), found.end(), [](const auto& x, const auto& y) { return x.score > y.score; });
+  std::vector<PoseHypothesis> kept;
+  for (const PoseHypothesis& pose : found) {
+    if (static_cast<int>(kept.size()) >= options.keep)
+      break;
+    const bool distinct = std::none_of(kept.begin(), kept.end(), [&](const PoseHypothesis& other) {
+      return (pose.T_target_source.translation() - other.T_target_source.translation()).norm() <
+             options.peak_separation;
+    });
+    if (distinct)
+      kept.push_back(pose);
+  }
+  return kept;
+}
+
+} // namespace pcl_ssfr

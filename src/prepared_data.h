@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#pragma once
+
+#include <pcl_ssfr/patch_profile.h>
+#include <pcl_ssfr/prepared_scan.h>
+
+namespace pcl_ssfr {
+
+/// What the stages need of one scan, by profile.
+struct PreparedData {
+  Profile profile = Profile::Default;
+  PatchScan patches; ///< Profile::Default
+};
+
+} // namespace pcl_ssfr

@@ -1,0 +1,197 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#include <pcl_ssfr/refinement.h>
+
+#include <Eigen/Eigenvalues>
+
+#include <algorithm>
+#include <cmath>
+
+namespace pcl_ssfr {
+
+namespace {
+
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+
+constexpr double kFreeMotion = 1e-6; // eigenvalues below this share of the largest are motions left free
+constexpr double kLeverArm = 5;      // [m] makes rotations and translations comparable in the eigenvalue test
+
+Eigen::Matrix3d
+skew(const Eigen::Vector3d& v)
+{
+  Eigen::Matrix3d m;
+  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+  return m;
+}
+
+/// Normal equations of the plane distances, about a fixed centre.
+struct NormalEquations {
+  Matrix6 hessian = Matrix6::Zero();
+  Vector6 gradient = Vector6::Zero();
+  double weight = 0;
+  double squares = 0;
+  Eigen::Index matches = 0;
+
+  /// A place \p p (relative to the centre) with distance \p r to a plane of normal \p n; \p spread: covariance of the
+  /// surface around it, null for a point.
+  void
+  add(const Eigen::Vector3d& p, const Eigen::Vector3d& n, double r, double w, const Eigen::Matrix3d* spread)
+  {
+    Vector6 j;
+    j << p.cross(n), n;
+    hessian.noalias() += w * j * j.transpose();
+    gradient.noalias() += (w * r) * j;
+    if (spread) {
+      const Eigen::Matrix3d s = skew(n);
+      hessian.topLeftCorner<3, 3>().noalias() += w * (s.transpose() * *spread * s).transpose();
+      gradient.head<3>().noalias() += w * (*spread * n).cross(n);
+    }
+    weight += w;
+    squares += w * r * r;
+    ++matches;
+  }
+
+  /// The step that solves the equations in the motions that they determine.
+  Vector6
+  solve() const
+  {
+    Vector6 units;
+    units << Eigen::Vector3d::Constant(1 / kLeverArm), Eigen::Vector3d::Ones();
+    const Matrix6 scaled = units.asDiagonal() * hessian * units.asDiagonal();
+    const Eigen::SelfAdjointEigenSolver<Matrix6> solver(scaled);
+    const Vector6 projected = solver.eigenvectors().transpose() * (units.asDiagonal() * gradient);
+    Vector6 step = Vector6::Zero();
+    for (int k = 0; k < 6; ++k)
+      if (solver.eigenvalues()[k] > kFreeMotion * solver.eigenvalues()[5])
+        step -= solver.eigenvectors().col(k) * (projected[k] / solver.eigenvalues()[k]);
+    return units.asDiagonal() * step;
+  }
+};
+
+/// Geman-McClure weight of distance \p r at scale \p s.
+double
+robustWeight(double r, double s)
+{
+  const double q = s * s / (s * s + r * r);
+  return q * q;
+}
+
+/// The loop that both refinements share; \p accumulate(T, centre, tolerance, scale, equations) adds the matches.
+template <typename Accumulate>
+Refinement
+refine(const Eigen::Isometry3d& T_start,
+       const Eigen::Vector3d& centre,
+       const RefinementOptions& options,
+       const Accumulate& accumulate)
+{
+  Refinement result;
+  result.T_target_source = T_start;
+  result.centre = centre;
+  const double first = options.match.distance;
+  const double last = std::min(options.final_distance, first);
+  const int shrinking = std::max(1, options.steps / 2);
+  for (int step = 0; step < options.steps; ++step) {
+    const double f = std::min(1.0, static_cast<double>(step) / shrinking);
+    PatchIndex::Tolerance tolerance = options.match;
+    tolerance.distance = static_cast<float>(first * std::pow(last / first, f));
+    NormalEquations equations;
+    accumulate(result.T_target_source, centre, tolerance, 0.5 * static_cast<double>(tolerance.distance), equations);
+    result.steps = step + 1;
+    result.hessian = equations.hessian;
+    result.weight = equations.weight;
+    result.matches = equations.matches;
+    result.rms = equations.weight > 0 ? std::sqrt(equations.squares / equations.weight) : 0;
+    if (equations.matches < 3)
+      break;
+    const Vector6 motion = equations.solve();
+    const Eigen::Isometry3d delta =
+        Eigen::Translation3d(centre) * expSe3(motion) * Eigen::Translation3d(-centre);
+    result.T_target_source = delta * result.T_target_source;
+    if (f >= 1 && motion.head<3>().norm() < options.min_step && motion.tail<3>().norm() < options.min_step)
+      break;
+  }
+  result.T_target_source.linear() = Eigen::Quaterniond(result.T_target_source.linear()).normalized().toRotationMatrix();
+  return result;
+}
+
+} // namespace
+
+Eigen::Isometry3d
+expSe3(const Eigen::Matrix<double, 6, 1>& motion)
+{
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  const double angle = motion.head<3>().norm();
+  if (angle > 0)
+    T.linear() = Eigen::AngleAxisd(angle, motion.head<3>() / angle).toRotationMatrix();
+  T.translation() = motion.tail<3>();
+  return T;
+}
+
+Refinement
+refinePatches(const PlanarPatches& source,
+              const PatchIndex& target,
+              const Eigen::Isometry3d& T_target_source,
+              const RefinementOptions& options)
+{
+  if (source.size() == 0)
+    return refine(T_target_source, Eigen::Vector3d::Zero(), options, [](const auto&...) {});
+  const Eigen::Vector3d centre = T_target_source * Eigen::Vector3d(source.samples.points.rowwise().mean());
+  return refine(
+      T_target_source,
+      centre,
+      options,
+      [&](const Eigen::Isometry3d& T,
+          const Eigen::Vector3d& c,
+          const PatchIndex::Tolerance& tolerance,
+          double scale,
+          NormalEquations& equations) {
+        for (Eigen::Index i = 0; i < source.size(); ++i) {
+          const Eigen::Vector3d p = T * source.samples.points.col(i);
+          const Eigen::Vector3d normal = T.linear() * source.samples.normals.col(i);
+          const int match = target.find(p.cast<float>(), normal.cast<float>(), tolerance);
+          if (match < 0)
+            continue;
+          const Eigen::Vector3d n = target.normal(match).cast<double>();
+          const double r = (p - target.centroid(match).cast<double>()).dot(n);
+          const Eigen::Matrix3d spread =
+              T.linear() * source.covariance[static_cast<std::size_t>(i)] * T.linear().transpose();
+          equations.add(p - c, n, r, source.samples.weights[i] * robustWeight(r, scale), &spread);
+        }
+      });
+}
+
+Refinement
+refinePoints(const Eigen::Matrix3Xf& points,
+             const Eigen::Matrix3Xf& normals,
+             const PatchIndex& target,
+             const Eigen::Isometry3d& T_target_source,
+             const RefinementOptions& options)
+{
+  if (points.cols() == 0)
+    return refine(T_target_source, Eigen::Vector3d::Zero(), options, [](const auto&...) {});
+  const Eigen::Vector3d centre = T_target_source * Eigen::Vector3d(points.cast<double>().rowwise().mean());
+  return refine(
+      T_target_source,
+      centre,
+      options,
+      [&](const Eigen::Isometry3d& T,
+          const Eigen::Vector3d& c,
+          const PatchIndex::Tolerance& tolerance,
+          double scale,
+          NormalEquations& equations) {
+        for (Eigen::Index i = 0; i < points.cols(); ++i) {
+          const Eigen::Vector3d p = T * points.col(i).cast<double>();
+          const Eigen::Vector3d normal = T.linear() * normals.col(i).cast<double>();
+          const int match = target.find(p.cast<float>(), normal.cast<float>(), tolerance);
+          if (match < 0)
+            continue;
+          const Eigen::Vector3d n = target.normal(match).cast<double>();
+          const double r = (p - target.centroid(match).cast<double>()).dot(n);
+          equations.add(p - c, n, r, robustWeight(r, scale), nullptr);
+        }
+      });
+}
+
+} // namespace pcl_ssfr
