@@ -1,0 +1,259 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#include <apps/io/file_bytes.h>
+#include <apps/io/kitti_format.h>
+#include <apps/io/las_format.h>
+#include <apps/io/loaded_cloud.h>
+#include <apps/io/pcd_format.h>
+#include <apps/io/ply_format.h>
+#include <apps/io/ptx_format.h>
+#include <apps/io/text_formats.h>
+#include <apps/io/threedtk_format.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <cstring>
+#include <vector>
+
+namespace pcl_ssfr {
+namespace io {
+
+namespace {
+
+using Field = pcl::PCLPointField;
+using VectorFields = std::array<const Field*, 3>;
+
+constexpr std::size_t kOffsetSamples = 1001; ///< points looked at to find the offset
+
+std::string
+extensionOf(const std::string& path)
+{
+  const std::size_t dot = path.find_last_of("./");
+  if (dot == std::string::npos || path[dot] == '/')
+    return {};
+  std::string extension = path.substr(dot);
+  std::transform(extension.begin(), extension.end(), extension.begin(), [](char c) {
+    return static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  });
+  return extension;
+}
+
+using Reader = RawCloud (*)(const std::string& path, std::string_view bytes);
+
+/// The reader for the extension of \p path, null when there is none.
+Reader
+readerFor(const std::string& path)
+{
+  struct Entry {
+    const char* extension;
+    Reader reader;
+  };
+  static constexpr Entry kReaders[] = {{".pcd", readPcd},
+                                       {".ply", readPly},
+                                       {".csv", readTextTable},
+                                       {".xyz", readTextTable},
+                                       {".txt", readTextTable},
+                                       {".asc", readTextTable},
+                                       {".pts", readTextTable},
+                                       {".ptx", readPtx},
+                                       {".3d", readThreedtk},
+                                       {".bin", readKitti},
+                                       {".las", readLas},
+                                       {".laz", readLas}};
+  const std::string extension = extensionOf(path);
+  for (const Entry& entry : kReaders)
+    if (extension == entry.extension)
+      return entry.reader;
+  return nullptr;
+}
+
+Reader
+requireReader(const std::string& path)
+{
+  const Reader reader = readerFor(path);
+  if (!reader)
+    throw IoError(path + ": unknown format, the extension must be one of " + readableFormats());
+  return reader;
+}
+
+Eigen::Vector3d
+loadVector(const std::uint8_t* point, const VectorFields& fields)
+{
+  return {loadValue(point + fields[0]->offset, fields[0]->datatype),
+          loadValue(point + fields[1]->offset, fields[1]->datatype),
+          loadValue(point + fields[2]->offset, fields[2]->datatype)};
+}
+
+void
+storeVector(std::uint8_t* point, const VectorFields& fields, const Eigen::Vector3d& value)
+{
+  for (std::size_t k = 0; k < 3; ++k)
+    storeValue(point + fields[k]->offset, fields[k]->datatype, value[static_cast<Eigen::Index>(k)]);
+}
+
+const std::uint8_t*
+pointAt(const pcl::PCLPointCloud2& table, std::size_t i)
+{
+  return table.data.data() + i * table.point_step;
+}
+
+/// The median of evenly picked points in whole metres when it is far from the origin, else zero: stray points do not
+/// matter.
+Eigen::Vector3d
+chooseOffset(const pcl::PCLPointCloud2& table, const VectorFields& xyz)
+{
+  const std::size_t count = pointCount(table);
+  const std::size_t step = count / kOffsetSamples + 1;
+  std::array<std::vector<double>, 3> samples;
+  for (std::size_t i = 0; i < count; i += step) {
+    const Eigen::Vector3d point = loadVector(pointAt(table, i), xyz);
+    if (point.allFinite())
+      for (std::size_t k = 0; k < 3; ++k)
+        samples[k].push_back(point[static_cast<Eigen::Index>(k)]);
+  }
+  if (samples[0].empty())
+    return Eigen::Vector3d::Zero();
+  Eigen::Vector3d median;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto middle = samples[k].begin() + static_cast<std::ptrdiff_t>(samples[k].size() / 2);
+    std::nth_element(samples[k].begin(), middle, samples[k].end());
+    median[static_cast<Eigen::Index>(k)] = std::round(*middle);
+  }
+  return median.cwiseAbs().maxCoeff() > kLargeCoordinate ? median : Eigen::Vector3d::Zero();
+}
+
+/// Turn the whole content of a file into what the tools work on.
+LoadedCloud
+finish(const std::string& path, RawCloud raw)
+{
+  LoadedCloud cloud;
+  cloud.path = path;
+  cloud.viewpoint = raw.viewpoint;
+  cloud.table = std::move(raw.table);
+  const auto xyz = findVector(cloud.table, "x", "y", "z");
+  if (!xyz)
+    throw IoError(path + ": has no coordinates x, y, z");
+  const auto normal = findVector(cloud.table, "normal_x", "normal_y", "normal_z");
+  const Field* intensity = findField(cloud.table, "intensity");
+  cloud.has_normals = normal.has_value();
+  cloud.has_intensity = intensity && intensity->count == 1;
+  cloud.offset = chooseOffset(cloud.table, *xyz);
+
+  const std::size_t count = pointCount(cloud.table);
+  cloud.points = pcl::make_shared<pcl::PointCloud<pcl::PointXYZINormal>>();
+  cloud.points->resize(count);
+  cloud.points->is_dense = true;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint8_t* from = pointAt(cloud.table, i);
+    pcl::PointXYZINormal& to = (*cloud.points)[i];
+    const Eigen::Vector3d position = loadVector(from, *xyz) - cloud.offset;
+    to.getVector3fMap() = position.cast<float>();
+    cloud.points->is_dense = cloud.points->is_dense && to.getVector3fMap().allFinite();
+    if (normal)
+      to.getNormalVector3fMap() = loadVector(from, *normal).cast<float>();
+    if (cloud.has_intensity)
+      to.intensity = static_cast<float>(loadValue(from + intensity->offset, intensity->datatype));
+  }
+  if (cloud.viewpoint)
+    cloud.points->sensor_origin_.head<3>() = (*cloud.viewpoint - cloud.offset).cast<float>();
+  return cloud;
+}
+
+/// A copy of \p table whose x, y, z have type \p datatype.
+pcl::PCLPointCloud2
+withCoordinateType(const pcl::PCLPointCloud2& table, std::uint8_t datatype)
+{
+  pcl::PCLPointCloud2 result;
+  for (const Field& field : table.fields) {
+    const bool is_coordinate = field.name == "x" || field.name == "y" || field.name == "z";
+    addField(result, field.name, is_coordinate ? datatype : field.datatype, field.count);
+  }
+  const std::size_t count = pointCount(table);
+  resizeTable(result, count);
+  for (std::size_t i = 0; i < count; ++i) {
+    std::uint8_t* to = result.data.data() + i * result.point_step;
+    for (std::size_t f = 0; f < table.fields.size(); ++f) {
+      const Field& source = table.fields[f];
+      const Field& target = result.fields[f];
+      const std::uint8_t* from = pointAt(table, i) + source.offset;
+      if (source.datatype == target.datatype)
+        std::memcpy(to + target.offset, from, valueSize(source.datatype) * source.count);
+      else
+        storeValue(to + target.offset, target.datatype, loadValue(from, source.datatype));
+    }
+  }
+  return result;
+}
+
+pcl::PCLPointCloud2
+moveTable(const pcl::PCLPointCloud2& source, const Eigen::Isometry3d& T)
+{
+  const auto xyz = findVector(source, "x", "y", "z");
+  const std::size_t count = pointCount(source);
+  bool as_double = (*xyz)[0]->datatype == Field::FLOAT64;
+  for (std::size_t i = 0; i < count && !as_double; ++i) {
+    const Eigen::Vector3d moved = T * loadVector(pointAt(source, i), *xyz);
+    as_double = moved.allFinite() && moved.cwiseAbs().maxCoeff() > kLargeCoordinate;
+  }
+  pcl::PCLPointCloud2 result = withCoordinateType(source, as_double ? Field::FLOAT64 : Field::FLOAT32);
+  const auto moved_xyz = findVector(result, "x", "y", "z");
+  const auto normal = findVector(result, "normal_x", "normal_y", "normal_z");
+  for (std::size_t i = 0; i < count; ++i) {
+    std::uint8_t* point = result.data.data() + i * result.point_step;
+    storeVector(point, *moved_xyz, T * loadVector(pointAt(source, i), *xyz));
+    if (normal)
+      storeVector(point, *normal, T.linear() * loadVector(point, *normal));
+  }
+  return result;
+}
+
+} // namespace
+
+const char*
+readableFormats()
+{
+  return ".pcd .ply .csv .xyz .txt .asc .pts .ptx .3d .bin .las";
+}
+
+LoadedCloud
+parseCloud(const std::string& path, std::string_view bytes)
+{
+  const Reader reader = requireReader(path);
+  if (bytes.empty())
+    throw IoError(path + ": is empty");
+  return finish(path, reader(path, bytes));
+}
+
+LoadedCloud
+loadCloud(const std::string& path)
+{
+  requireReader(path);
+  const std::string bytes = readFile(path);
+  return parseCloud(path, bytes);
+}
+
+bool
+isWritableFormat(const std::string& path)
+{
+  const std::string extension = extensionOf(path);
+  return extension == ".pcd" || extension == ".ply";
+}
+
+void
+saveMovedCloud(const std::string& path, const LoadedCloud& cloud, const Eigen::Isometry3d& T_target_source)
+{
+  if (!isWritableFormat(path))
+    throw IoError(path + ": unknown format, the extension must be .pcd or .ply");
+  const pcl::PCLPointCloud2 moved = moveTable(cloud.table, T_target_source);
+  if (extensionOf(path) == ".ply")
+    return writePly(path, moved);
+  const Eigen::Isometry3d sensor =
+      T_target_source * Eigen::Translation3d(cloud.viewpoint.value_or(Eigen::Vector3d::Zero()));
+  writePcd(path, moved, sensor);
+}
+
+} // namespace io
+} // namespace pcl_ssfr

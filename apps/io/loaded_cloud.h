@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#pragma once
+
+#include <apps/io/field_table.h>
+#include <apps/io/io_error.h>
+
+#include <pcl/point_cloud.h>
+#include <pcl/point_types.h>
+
+#include <Eigen/Geometry>
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace pcl_ssfr {
+namespace io {
+
+/// A cloud as the tools work on it.
+struct LoadedCloud {
+  std::string path;
+  /// Every point of the file in its order, NaN included, as float relative to \ref offset [m]. Normals and intensity
+  /// are zero when the file has none. Without its offset: file coordinates = offset + points.
+  pcl::PointCloud<pcl::PointXYZINormal>::Ptr points;
+  bool has_intensity = false;
+  bool has_normals = false;
+  /// Subtracted in double before the cast to float; zero unless the coordinates are large (map frames) [m].
+  Eigen::Vector3d offset = Eigen::Vector3d::Zero();
+  /// Where the file says that the sensor was, in file coordinates [m]; nothing when it says the origin or nothing.
+  std::optional<Eigen::Vector3d> viewpoint;
+  /// All fields in file coordinates, for writing the cloud again without loss.
+  pcl::PCLPointCloud2 table;
+};
+
+/// The extensions that loadCloud knows, for messages and help.
+const char*
+readableFormats();
+
+/** \brief Read a cloud in the format that the extension of \p path names, in any case of letters.
+ * \throw IoError naming the file and what is wrong with it
+ */
+LoadedCloud
+loadCloud(const std::string& path);
+
+/// The same on the content of a file that is already in memory; \p path gives the format and the name in messages.
+LoadedCloud
+parseCloud(const std::string& path, std::string_view bytes);
+
+/** \brief True when saveMovedCloud can write a file of this name: .pcd or .ply, in any case of letters. */
+bool
+isWritableFormat(const std::string& path);
+
+/** \brief Write \p cloud moved by a rigid motion, with all its fields; normals are turned along.
+ *
+ * Coordinates are written as FLOAT64 when the file had them so or when the moved ones are large, else as FLOAT32.
+ * \param[in] T_target_source maps file coordinates of the cloud to those of the target \throw IoError
+ */
+void
+saveMovedCloud(const std::string& path, const LoadedCloud& cloud, const Eigen::Isometry3d& T_target_source);
+
+} // namespace io
+} // namespace pcl_ssfr

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#pragma once
+
+#include <apps/io/field_table.h>
+#include <apps/io/io_error.h>
+
+#include <Eigen/Geometry>
+
+#include <string>
+#include <string_view>
+
+namespace pcl_ssfr {
+namespace io {
+
+/** \brief Read a PCD file (ascii, binary, binary_compressed), all fields but padding.
+ *
+ * The header is checked against the size of the file before anything is allocated, which PCL's own reader does not do.
+ * A VIEWPOINT away from the origin becomes RawCloud::viewpoint. \throw IoError
+ */
+RawCloud
+readPcd(const std::string& path, std::string_view bytes);
+
+/** \brief Write a binary PCD file.
+ * \param[in] sensor where the sensor stands and how it is turned, in the coordinates of the points. \throw IoError
+ */
+void
+writePcd(const std::string& path, const pcl::PCLPointCloud2& table, const Eigen::Isometry3d& sensor);
+
+} // namespace io
+} // namespace pcl_ssfr

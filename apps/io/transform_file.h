@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#pragma once
+
+#include <apps/io/io_error.h>
+
+#include <Eigen/Geometry>
+
+#include <string>
+
+namespace pcl_ssfr {
+namespace io {
+
+/** \brief Read a rigid motion: 4 x 4 numbers as text, row major. Rotations written with few digits are made exact.
+ * \throw IoError when it is not 16 numbers, not finite, or not a rigid motion
+ */
+Eigen::Isometry3d
+readTransform(const std::string& path);
+
+/// Write a rigid motion as four lines of four numbers that read back to the same bits. \throw IoError
+void
+writeTransform(const std::string& path, const Eigen::Isometry3d& T);
+
+/// The text that writeTransform writes, with \p digits significant digits.
+std::string
+formatTransform(const Eigen::Isometry3d& T, int digits = 17);
+
+} // namespace io
+} // namespace pcl_ssfr
