@@ -33,7 +33,7 @@ constexpr std::size_t kResolutionSamples = 5000;
 
 // Scales from the data (METHOD: settings the authors ran): at room scale they took r = 0.1 m and leaf 0.04-0.06 m, on
 // a vehicle r = 0.6 m and leaf 0.05-0.1 m.
-constexpr double kRadiusInResolutions = 6;
+constexpr double kRadiusInResolutions = 10;
 constexpr double kSmallestRadius = 0.1, kLargestRadius = 0.9; ///< [m]
 constexpr double kLeafInRadii = 0.5;
 constexpr double kSmallestLeaf = 0.04, kLargestLeaf = 0.1; ///< [m]

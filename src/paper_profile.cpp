@@ -4,12 +4,12 @@
 #include <pcl_ssfr/overlap.h>
 #include <pcl_ssfr/paper_profile.h>
 
+#include "stage_clock.h"
 #include "voxel_sampling.h"
 
 #include <omp.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <optional>
 #include <sstream>
@@ -28,18 +28,6 @@ constexpr Eigen::Index kMinSamples = 10;
 constexpr double kRoomRadius = 0.1, kVehicleRadius = 0.6, kRoomLcpLeaf = 0.2, kVehicleLcpLeaf = 0.5; ///< [m]
 /// Poses closer than this in both are one in the list of candidates.
 constexpr double kDistinctAngle = 5 * kDegree, kDistinctShift = 0.5; ///< [rad], [m]
-
-class Stopwatch {
-public:
-  double
-  seconds() const
-  {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-  }
-
-private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
 
 unsigned
 resolveThreads(unsigned threads)
@@ -134,7 +122,7 @@ private:
   bool
   isOutOfTime() const
   {
-    return options_.time_limit > 0 && watch_.seconds() > options_.time_limit;
+    return options_.time_limit > 0 && clock_.elapsed() > options_.time_limit;
   }
   /// Fill the result for scans that give no candidate at all.
   bool
@@ -164,7 +152,7 @@ private:
   const PaperScan& target_;
   Options options_;
   unsigned threads_;
-  Stopwatch watch_;
+  StageClock clock_;
   Result result_;
   std::size_t proposed_ = 0, skipped_ = 0; ///< rotations proposed, and left unjudged when the time ran out
 };
@@ -204,7 +192,7 @@ PaperRegistration::rejectScans()
 std::vector<RotationCandidate>
 PaperRegistration::findRotations()
 {
-  const Stopwatch watch;
+  const StageClock clock;
   std::vector<RotationCandidate> rotations =
       proposeRotations(source_.main_normals, target_.main_normals, options_.rotation);
   if (options_.gravity)
@@ -215,7 +203,7 @@ PaperRegistration::findRotations()
                                    }),
                     rotations.end());
   addStage("rotation_candidates",
-           watch.seconds(),
+           clock.elapsed(),
            toCount(source_.main_normals.size() + target_.main_normals.size()),
            toCount(rotations.size()));
   proposed_ = rotations.size();
@@ -236,7 +224,7 @@ PaperRegistration::score(ScoredPose& candidate, unsigned threads) const
 std::vector<ScoredPose>
 PaperRegistration::judgeRotations(const std::vector<RotationCandidate>& rotations)
 {
-  const Stopwatch watch;
+  const StageClock clock;
   TranslationOptions translation_options = options_.translation;
   translation_options.histogram.bin_width = boundBinWidth(options_.translation.histogram.bin_width,
                                                           source_.normals.samples,
@@ -252,7 +240,7 @@ PaperRegistration::judgeRotations(const std::vector<RotationCandidate>& rotation
       continue;
     }
     ScoredPose& candidate = poses[i];
-    const Stopwatch translation_watch;
+    const StageClock translation_clock;
     const std::optional<TranslationAxes> axes =
         chooseAxes(rotations[i], source_.main_normals, target_.main_normals, translation_options);
     if (!axes)
@@ -264,10 +252,10 @@ PaperRegistration::judgeRotations(const std::vector<RotationCandidate>& rotation
                                                 candidate.axes,
                                                 translation_options);
     candidate.pose.translation() = candidate.translation.t_target_source;
-    candidate.translation_seconds = translation_watch.seconds();
-    const Stopwatch score_watch;
+    candidate.translation_seconds = translation_clock.elapsed();
+    const StageClock score_clock;
     score(candidate, 1);
-    candidate.score_seconds = score_watch.seconds();
+    candidate.score_seconds = score_clock.elapsed();
   }
 
   double translation_seconds = 0, score_seconds = 0;
@@ -281,7 +269,7 @@ PaperRegistration::judgeRotations(const std::vector<RotationCandidate>& rotation
   // Both run in one loop: the wall clock is split in proportion to the time that the threads spent.
   const double spent = translation_seconds + score_seconds;
   const double share = spent > 0 ? translation_seconds / spent : 1;
-  const double seconds = watch.seconds();
+  const double seconds = clock.elapsed();
   addStage("translation", seconds * share, toCount(rotations.size()), judged);
   addStage("lcp", seconds * (1 - share), judged, judged);
   return poses;
@@ -320,7 +308,7 @@ PaperRegistration::runFinePass(std::vector<ScoredPose>& ranked)
 {
   if (options_.lcp.fine_factor <= 0)
     return;
-  const Stopwatch watch;
+  const StageClock clock;
   const std::size_t limit = options_.lcp.kernel_sum ? 2 : 1; // 2019 refines the best two
   std::uint64_t tried = 0, taken = 0;
   for (std::size_t i = 0; i < std::min(limit, ranked.size()) && !isOutOfTime(); ++i) {
@@ -331,7 +319,7 @@ PaperRegistration::runFinePass(std::vector<ScoredPose>& ranked)
     ranked[i] = refined;
     ++taken;
   }
-  addStage("fine_pass", watch.seconds(), tried, taken);
+  addStage("fine_pass", clock.elapsed(), tried, taken);
 }
 
 /** \brief A plain figure in [0, 1], not calibrated: the larger the share of the source that lies on the target, and the
@@ -352,7 +340,7 @@ PaperRegistration::rateConfidence(const std::vector<Candidate>& distinct) const
 void
 PaperRegistration::report(std::vector<ScoredPose> ranked)
 {
-  const Stopwatch watch;
+  const StageClock clock;
   const auto toFullPose = [&](const Eigen::Isometry3d& centred) {
     Eigen::Isometry3d T = centred;
     T.translation() += target_.normals.origin - centred.linear() * source_.normals.origin;
@@ -403,7 +391,7 @@ PaperRegistration::report(std::vector<ScoredPose> ranked)
   if (!result_.unobservable.empty())
     message << "; no plane fixes the shift along " << result_.unobservable.size() << " direction(s), which stays 0";
   result_.message = message.str();
-  addStage("selection", watch.seconds(), in, toCount(result_.candidates.size()));
+  addStage("selection", clock.elapsed(), in, toCount(result_.candidates.size()));
 }
 
 Result
@@ -460,10 +448,9 @@ preparePaperScan(const ScanView& scan, const Options& user_options, bool oriente
   const Options options = withUserParameters(user_options);
   const unsigned threads = resolveThreads(options.threads);
   PaperScan result;
-  Stopwatch watch;
+  StageClock clock;
   const auto report = [&](const char* name, auto in, auto out) {
-    result.stages.push_back({name, watch.seconds(), toCount(in), toCount(out)});
-    watch = Stopwatch();
+    result.stages.push_back(clock.lap(name, toCount(in), toCount(out)));
   };
 
   // Stage 1. The paper thins and estimates within fixed scales; r = 0 and leaf = 0 follow from the data.
