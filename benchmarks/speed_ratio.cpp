@@ -309,9 +309,18 @@ printScaling(const Settings& settings, const Options& options)
     size.points = static_cast<double>(source.cols() + target.cols());
     std::vector<std::vector<double>> seconds;
     std::vector<double> total;
+    std::vector<double> preparation;
     for (int run = 0; run < settings.runs; ++run) {
       Result result;
-      total.push_back(medianSeconds(1, [&] { result = registerPair(viewOf(source), viewOf(target), options); }));
+      PreparedScan prepared_source;
+      PreparedScan prepared_target;
+      preparation.push_back(medianSeconds(1, [&] {
+        prepared_source = prepareScan(viewOf(source), options);
+        prepared_target = prepareScan(viewOf(target), options);
+      }));
+      const double registration =
+          medianSeconds(1, [&] { result = registerScans(prepared_source, prepared_target, options); });
+      total.push_back(preparation.back() + registration);
       size.stages = result.stages;
       seconds.resize(result.stages.size());
       for (std::size_t i = 0; i < result.stages.size(); ++i)
@@ -319,12 +328,15 @@ printScaling(const Settings& settings, const Options& options)
     }
     for (std::size_t i = 0; i < size.stages.size(); ++i)
       size.stages[i].seconds = median(seconds[i]);
-    StageReport whole;
-    whole.name = "whole";
-    whole.seconds = median(total);
-    size.stages.push_back(whole);
+    StageReport report;
+    report.name = "(preparation of both scans)";
+    report.seconds = median(preparation);
+    size.stages.push_back(report);
+    report.name = "(whole registration)";
+    report.seconds = median(total);
+    size.stages.push_back(report);
     sizes.push_back(size);
-    std::fprintf(stderr, "%.0f points: %.3f s\n", size.points, whole.seconds);
+    std::fprintf(stderr, "%.0f points: %.3f s\n", size.points, report.seconds);
   }
 
   std::printf(
@@ -336,8 +348,8 @@ printScaling(const Settings& settings, const Options& options)
   std::printf("| stage \\ points of both scans |");
   for (const SizeTimes& size : sizes)
     std::printf(" %.3g |", size.points);
-  std::printf(" growth |\n|---|");
-  for (std::size_t i = 0; i <= sizes.size(); ++i)
+  std::printf(" growth | growth, last ten-fold |\n|---|");
+  for (std::size_t i = 0; i <= sizes.size() + 1; ++i)
     std::printf("---|");
   std::printf("\n");
   for (std::size_t i = 0; i < sizes.back().stages.size(); ++i) {
@@ -346,20 +358,30 @@ printScaling(const Settings& settings, const Options& options)
     std::vector<double> seconds;
     for (const SizeTimes& size : sizes) {
       // Small clouds may end early, with fewer stages.
-      if (i >= size.stages.size() || size.stages[i].name != sizes.back().stages[i].name) {
+      const auto stage = std::find_if(size.stages.begin(), size.stages.end(), [&](const StageReport& report) {
+        return report.name == sizes.back().stages[i].name;
+      });
+      if (stage == size.stages.end()) {
         std::printf(" - |");
         continue;
       }
-      std::printf(" %.4f |", size.stages[i].seconds);
-      if (size.stages[i].seconds >= kMinSeconds) {
+      std::printf(" %.4f |", stage->seconds);
+      if (stage->seconds >= kMinSeconds) {
         points.push_back(size.points);
-        seconds.push_back(size.stages[i].seconds);
+        seconds.push_back(stage->seconds);
       }
     }
-    if (points.size() >= 3)
-      std::printf(" %.2f |\n", growthExponent(points, seconds));
-    else
-      std::printf(" - |\n");
+    constexpr std::ptrdiff_t kTenFold = 3; // sizes, a factor of sqrt(10) apart
+    for (const bool last : {false, true}) {
+      if (points.size() < 3)
+        std::printf(" - |");
+      else if (last)
+        std::printf(" %.2f |",
+                    growthExponent({points.end() - kTenFold, points.end()}, {seconds.end() - kTenFold, seconds.end()}));
+      else
+        std::printf(" %.2f |", growthExponent(points, seconds));
+    }
+    std::printf("\n");
   }
 }
 
