@@ -85,9 +85,11 @@ namespace pcl_ssfr {
  * DBL_MAX before the first align(), as long as no other search method was set.
  *
  * One object must not be used by two threads at once; clouds may be shared. For point types that are not precompiled,
- * define PCL_NO_PRECOMPILE before the first PCL header, and link with the library all the same.
+ * define PCL_NO_PRECOMPILE before the first PCL header, and link with the library all the same (and with lz4, which
+ * FLANN's headers need then).
  *
- * \tparam PointSource, PointTarget point types with x, y, z in `data[4]`
+ * \tparam PointSource, PointTarget point types with x, y, z in `data[4]`; PCL's base class compiles for two different
+ * types only from PCL 1.15 on
  * \tparam Scalar float or double, of the matrices; the computation is in double for both
  */
 template <typename PointSource, typename PointTarget, typename Scalar = float>

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+// The same input gives the same bits: for any number of threads, and run after run in one process.
+
+#include <pcl_ssfr/structured_scene_registration.h>
+
+#include "pcl_clouds.h"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <string>
+#include <vector>
+
+namespace pcl_ssfr {
+namespace {
+
+using pcl_ssfr::testing::loadPair;
+using pcl_ssfr::testing::makeRoomPair;
+using pcl_ssfr::testing::ScanPair;
+
+using Point = pcl::PointXYZ;
+using Registration = StructuredSceneRegistration<Point, Point, double>;
+
+/// Everything that a run tells, as bytes, the times of the stages apart.
+std::vector<double>
+fingerprint(const Registration& registration)
+{
+  const Result& result = registration.getResult();
+  std::vector<double> numbers;
+  const auto add = [&](const auto& matrix) {
+    numbers.insert(numbers.end(), matrix.data(), matrix.data() + matrix.size());
+  };
+  numbers.push_back(static_cast<double>(result.status));
+  add(result.T_target_source.matrix());
+  add(result.information);
+  numbers.insert(numbers.end(), {result.overlap, result.contradiction, result.confidence, result.rmse});
+  for (const Candidate& candidate : result.candidates) {
+    add(candidate.T_target_source.matrix());
+    numbers.insert(numbers.end(), {candidate.score, candidate.overlap, candidate.contradiction});
+  }
+  for (const UnobservableDirection& direction : result.unobservable) {
+    add(direction.direction);
+    numbers.push_back(direction.strength);
+  }
+  for (const StageReport& stage : result.stages) {
+    numbers.push_back(static_cast<double>(stage.count_in));
+    numbers.push_back(static_cast<double>(stage.count_out));
+  }
+  for (const pcl::Correspondence& pair : *registration.getCorrespondences()) {
+    numbers.insert(numbers.end(),
+                   {static_cast<double>(pair.index_query), static_cast<double>(pair.index_match), pair.distance});
+  }
+  return numbers;
+}
+
+std::vector<double>
+run(const ScanPair<Point>& pair, Profile profile, unsigned threads)
+{
+  Registration registration;
+  registration.setProfile(profile);
+  registration.setNumberOfThreads(threads);
+  registration.setInputSource(pair.source);
+  registration.setInputTarget(pair.target);
+  pcl::PointCloud<Point> output;
+  registration.align(output);
+  EXPECT_FALSE(registration.getResult().candidates.empty()) << registration.getResult().message;
+  return fingerprint(registration);
+}
+
+bool
+sameBits(const std::vector<double>& a, const std::vector<double>& b)
+{
+  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(double)) == 0;
+}
+
+void
+expectOneAnswer(const ScanPair<Point>& pair, Profile profile)
+{
+  const std::vector<double> first = run(pair, profile, 1);
+  EXPECT_TRUE(sameBits(first, run(pair, profile, 1))) << "second run";
+  for (const unsigned threads : {2U, 8U, 0U}) {
+    EXPECT_TRUE(sameBits(first, run(pair, profile, threads))) << threads << " threads";
+  }
+}
+
+TEST(Determinism, FingerprintTellsPairsApart)
+{
+  EXPECT_FALSE(sameBits(run(makeRoomPair<Point>(false), Profile::Default, 1),
+                        run(makeRoomPair<Point>(true), Profile::Default, 1)));
+}
+
+TEST(Determinism, DefaultProfileOnASimulatedPair)
+{
+  expectOneAnswer(makeRoomPair<Point>(false), Profile::Default);
+}
+
+TEST(Determinism, PaperProfileOnASimulatedPair)
+{
+  expectOneAnswer(makeRoomPair<Point>(false), Profile::Paper2017);
+}
+
+class DeterminismOnRealScans : public ::testing::TestWithParam<Profile> {};
+
+TEST_P(DeterminismOnRealScans, RoomPair)
+{
+  const std::string folder = std::string(PCL_SSFR_SHARED_DATA_DIR) + "/room_pair_pcl";
+  const ScanPair<Point> pair = loadPair(folder, "room_scan2.pcd", "room_scan1.pcd");
+  if (!pair.source) {
+    GTEST_SKIP() << "no real scans at " << folder;
+  }
+  expectOneAnswer(pair, GetParam());
+}
+
+INSTANTIATE_TEST_SUITE_P(Profiles,
+                         DeterminismOnRealScans,
+                         ::testing::Values(Profile::Default, Profile::Paper2017),
+                         [](const auto& profile) {
+                           return profile.param == Profile::Default ? "Default" : "Paper2017";
+                         });
+
+} // namespace
+} // namespace pcl_ssfr
