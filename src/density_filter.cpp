@@ -155,10 +155,7 @@ private:
  * Judged on the directions within the silence chord: the neighbours within r_d alone could never be wide.
  */
 bool
-isElongated(const DirectionSet& set,
-            const std::vector<bool>& silenced,
-            Eigen::Index peak,
-            const DensityOptions& options)
+isElongated(const DirectionSet& set, Eigen::Index peak, const DensityOptions& options)
 {
   const Eigen::Vector3d centre = set.directions.col(peak);
   const double squared_chord = options.silence_chord * options.silence_chord;
@@ -167,7 +164,7 @@ isElongated(const DirectionSet& set,
   Eigen::Matrix3d moments = Eigen::Matrix3d::Zero();
   for (Eigen::Index i = 0; i < set.size(); ++i) {
     const Eigen::Vector3d offset = set.directions.col(i) - centre;
-    if (silenced[static_cast<std::size_t>(i)] || offset.squaredNorm() > squared_chord)
+    if (offset.squaredNorm() > squared_chord)
       continue;
     weight += set.weights[i];
     mean += set.weights[i] * offset;
@@ -238,7 +235,7 @@ findDensestRegions(const DirectionSet& directions, const Eigen::VectorXd& densit
     if (peak < 0 || density[peak] < options.min_relative_density * highest)
       break;
     highest = std::max(highest, density[peak]);
-    if (!options.reject_elongated || !isElongated(directions, silenced, peak, options))
+    if (!options.reject_elongated || !isElongated(directions, peak, options))
       regions.push_back(collectRegion(directions, peak, density[peak], options));
     for (Eigen::Index i = 0; i < directions.size(); ++i)
       if ((directions.directions.col(i) - directions.directions.col(peak)).squaredNorm() <= squared_chord)

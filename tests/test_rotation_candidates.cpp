@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#include <pcl_ssfr/rotation_candidates.h>
+
+#include "pose_matchers.h"
+#include "synthetic_scene.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace pcl_ssfr {
+namespace {
+
+constexpr double kDegree = 3.14159265358979323846 / 180;
+
+double
+angleBetween(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b)
+{
+  return Eigen::AngleAxisd(Eigen::Matrix3d(a.transpose() * b)).angle();
+}
+
+std::vector<MainNormal>
+makeNormals(const std::vector<Eigen::Vector3d>& directions)
+{
+  std::vector<MainNormal> normals;
+  for (const Eigen::Vector3d& direction : directions)
+    normals.push_back({direction.normalized(), 100.0 - 5 * static_cast<double>(normals.size())});
+  return normals;
+}
+
+std::vector<MainNormal>
+rotated(const std::vector<MainNormal>& normals, const Eigen::Matrix3d& R)
+{
+  std::vector<MainNormal> result = normals;
+  for (MainNormal& normal : result)
+    normal.direction = R * normal.direction;
+  return result;
+}
+
+std::vector<MainNormal>
+makeManhattan()
+{
+  return makeNormals({{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}});
+}
+
+TEST(RotationFromPairs, RecoversAnyRotation)
+{
+  testing::Random random(1);
+  for (int trial = 0; trial < 50; ++trial) {
+    const Eigen::Matrix3d R = testing::randomRotation(random);
+    const Eigen::Vector3d a = testing::randomRotation(random).col(0);
+    const Eigen::Vector3d b = testing::randomRotation(random).col(0);
+    if (a.cross(b).norm() < 0.1)
+      continue;
+    EXPECT_LT(angleBetween(rotationFromPairs(a, b, R * a, R * b), R), 1e-7);
+  }
+}
+
+TEST(RotationFromPairs, SplitsTheErrorEvenly)
+{
+  // Target pair 4 degrees wider than the source pair, in one plane: each vector is missed by 2 degrees.
+  const Eigen::Vector3d b(0, 1, 0);
+  const Eigen::Vector3d wide_a(std::cos(-2 * kDegree), std::sin(-2 * kDegree), 0);
+  const Eigen::Vector3d wide_b(std::cos(92 * kDegree), std::sin(92 * kDegree), 0);
+  const Eigen::Matrix3d R = rotationFromPairs(Eigen::Vector3d::UnitX(), b, wide_a, wide_b);
+  EXPECT_LT(angleBetween(R, Eigen::Matrix3d::Identity()), 1e-7);
+}
+
+TEST(RotationFromPairs, AlwaysProper)
+{
+  testing::Random random(2);
+  for (int trial = 0; trial < 200; ++trial) {
+    const Eigen::Matrix3d a = testing::randomRotation(random), b = testing::randomRotation(random);
+    // Also parallel and opposite vectors, where the rotation is not determined.
+    const Eigen::Vector3d second = trial % 3 == 0 ? Eigen::Vector3d(a.col(0)) : Eigen::Vector3d(a.col(1));
+    const Eigen::Vector3d image = trial % 4 == 0 ? Eigen::Vector3d(-b.col(0)) : Eigen::Vector3d(b.col(2));
+    const Eigen::Matrix3d R = rotationFromPairs(a.col(0), second, b.col(0), image);
+    EXPECT_NEAR(R.determinant(), 1, 1e-9);
+    EXPECT_LT((R * R.transpose() - Eigen::Matrix3d::Identity()).norm(), 1e-9);
+  }
+}
+
+TEST(RotationCandidates, EnumeratesUnorderedAgainstOrderedPairs)
+{
+  // Three orthogonal normals: 3 unordered source pairs times 6 ordered target pairs, all of 90 degrees.
+  const std::vector<MainNormal> normals = makeNormals({{1, 0, 0}, {0, 1, 0}, {0, 0, 1}});
+  const std::vector<RotationCandidate> candidates = proposeRotations(normals, normals, RotationOptions());
+  EXPECT_EQ(candidates.size(), 18U);
+  int identities = 0;
+  for (const RotationCandidate& candidate : candidates) {
+    identities += angleBetween(candidate.R_target_source, Eigen::Matrix3d::Identity()) < 1e-6 ? 1 : 0;
+    for (std::size_t k = 0; k < 2; ++k) {
+      const Eigen::Vector3d source = normals[static_cast<std::size_t>(candidate.source_pair[k])].direction;
+      const Eigen::Vector3d target = normals[static_cast<std::size_t>(candidate.target_pair[k])].direction;
+      EXPECT_LT((candidate.R_target_source * source - target).norm(), 1e-9);
+    }
+  }
+  EXPECT_EQ(identities, 3);
+}
+
+TEST(RotationCandidates, ManhattanRoomGives24DistinctRotationsWhenMerged)
+{
+  testing::Random random(3);
+  const Eigen::Matrix3d R = testing::randomRotation(random);
+  const std::vector<MainNormal> source = makeManhattan(), target = rotated(source, R);
+  EXPECT_EQ(proposeRotations(source, target, RotationOptions()).size(), 12U * 24U);
+  RotationOptions options;
+  options.merge_angle = 3 * kDegree;
+  const std::vector<RotationCandidate> merged = proposeRotations(source, target, options);
+  ASSERT_EQ(merged.size(), 24U);
+  EXPECT_LT(angleBetween(merged[0].R_target_source, R), 1e-6); // supports match best at the truth
+  EXPECT_NEAR(merged[0].support, 1, 1e-12);
+  for (std::size_t i = 1; i < merged.size(); ++i) {
+    EXPECT_LE(merged[i].support, merged[i - 1].support);
+    EXPECT_GT(angleBetween(merged[i].R_target_source, merged[0].R_target_source), 80 * kDegree);
+  }
+}
+
+TEST(RotationCandidates, MergingFitsAllMatchedNormals)
+{
+  // Noisy target normals: the merged fit over five normals must beat the best single pair on average.
+  double merged_error = 0, single_error = 0;
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    testing::Random random(100 + seed);
+    const Eigen::Matrix3d R = testing::randomRotation(random);
+    const std::vector<MainNormal> source =
+        makeNormals({{1, 0, 0}, {0, 1, 0.1}, {0.1, 0, 1}, {-1, 0.3, 0}, {0.2, -1, 0.5}});
+    std::vector<MainNormal> target = rotated(source, R);
+    for (MainNormal& normal : target)
+      normal.direction =
+          (normal.direction + 0.01 * Eigen::Vector3d(random.gaussian(), random.gaussian(), random.gaussian()))
+              .normalized();
+    RotationOptions options;
+    single_error += angleBetween(proposeRotations(source, target, options).at(0).R_target_source, R);
+    options.merge_angle = 3 * kDegree;
+    const RotationCandidate best = proposeRotations(source, target, options).at(0);
+    merged_error += angleBetween(best.R_target_source, R);
+    EXPECT_LT(angleBetween(best.R_target_source, R), 2 * kDegree) << seed;
+    EXPECT_GT(best.support, 0.95) << seed;
+  }
+  EXPECT_LT(merged_error, single_error);
+}
+
+TEST(RotationCandidates, OnlyPairsWhoseAnglesAgree)
+{
+  const std::vector<MainNormal> source = makeNormals({{1, 0, 0}, {0, 1, 0}});
+  const double angle = 80 * kDegree;
+  const std::vector<MainNormal> target = makeNormals({{1, 0, 0}, {std::cos(angle), std::sin(angle), 0}});
+  RotationOptions options;
+  options.angle_tolerance = 9 * kDegree;
+  EXPECT_TRUE(proposeRotations(source, target, options).empty());
+  options.angle_tolerance = 11 * kDegree;
+  const std::vector<RotationCandidate> candidates = proposeRotations(source, target, options);
+  ASSERT_EQ(candidates.size(), 2U); // both orders
+  EXPECT_NEAR(candidates[0].angle_error, 10 * kDegree, 1e-9);
+}
+
+TEST(RotationCandidates, NothingWithoutPairs)
+{
+  const std::vector<MainNormal> room = makeManhattan();
+  const std::vector<MainNormal> floor = makeNormals({{0, 0, 1}, {0, 0, -1}, {0.1, 0, 1}});
+  for (const double merge : {0.0, 0.05}) {
+    RotationOptions options;
+    options.merge_angle = merge;
+    EXPECT_TRUE(proposeRotations({}, {}, options).empty());
+    EXPECT_TRUE(proposeRotations({}, room, options).empty());
+    EXPECT_TRUE(proposeRotations(floor, room, options).empty());
+    EXPECT_TRUE(proposeRotations(room, floor, options).empty());
+  }
+}
+
+TEST(RotationCandidates, RepeatsItself)
+{
+  testing::Random random(5);
+  const std::vector<MainNormal> source = makeManhattan();
+  const std::vector<MainNormal> target = rotated(source, testing::randomRotation(random));
+  RotationOptions options;
+  options.merge_angle = 0.05;
+  const auto first = proposeRotations(source, target, options), second = proposeRotations(source, target, options);
+  ASSERT_EQ(first.size(), second.size());
+  for (std::size_t i = 0; i < first.size(); ++i)
+    EXPECT_EQ(first[i].R_target_source, second[i].R_target_source);
+}
+
+} // namespace
+} // namespace pcl_ssfr
