@@ -1,0 +1,597 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#include <apps/pictures.h>
+
+#include <cairo.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <unordered_set>
+#include <vector>
+
+namespace pcl_ssfr {
+namespace apps {
+
+namespace {
+
+// Layout [pixels].
+constexpr int kWidth = 1400;
+constexpr int kMaxTopHeight = 900;
+constexpr int kMaxSideHeight = 420;
+constexpr int kMinSideHeight = 60;
+constexpr int kMargin = 28;
+constexpr int kHeader = 84;
+constexpr int kCaption = 30;
+constexpr int kFooter = 64;
+
+constexpr std::size_t kMaxSamples = 400000; ///< points a scan that decide about view and cuts
+constexpr double kCell = 0.1;               ///< of the thinning before percentiles are taken [m]
+constexpr double kOutliers = 0.01;          ///< share of the thinned points cut off at each side
+constexpr double kViewMargin = 0.03;        ///< around what is shown, share of the extent
+constexpr double kMinExtent = 1;            ///< of what is shown [m]
+
+/// Colours that every kind of colour vision tells apart (Okabe and Ito).
+struct Colour {
+  double red;
+  double green;
+  double blue;
+};
+constexpr Colour kTargetColour{0.0, 0.447, 0.698}; // blue
+constexpr Colour kSourceColour{0.835, 0.369, 0.0}; // vermilion
+constexpr Colour kInk{0.13, 0.13, 0.13};
+
+using Points = std::vector<Eigen::Vector3f>;
+
+/// One scan in the frame of the picture: x right, y up in the top view, z up.
+struct Layer {
+  Points points;
+  Points thinned; ///< one a cell of kCell, at most kMaxSamples looked at
+  std::optional<Eigen::Vector3f> sensor;
+  Colour colour{};
+  std::string label;
+};
+
+struct Range {
+  double low = 0;
+  double high = 0;
+
+  double
+  size() const
+  {
+    return high - low;
+  }
+};
+
+struct Box {
+  std::array<Range, 3> axes;
+};
+
+// ---------------------------------------------------------------------------------------------------------------------
+// What to show
+
+Points
+thin(const Points& points)
+{
+  Points result;
+  std::unordered_set<std::uint64_t> cells;
+  const std::size_t step = points.size() / kMaxSamples + 1;
+  for (std::size_t i = 0; i < points.size(); i += step) {
+    std::uint64_t key = 0;
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      constexpr std::int64_t kHalf = 1 << 20;
+      const double cell = std::clamp(std::floor(points[i][k] / kCell), -1.0 * kHalf, 1.0 * kHalf - 1);
+      key = key << 21 | static_cast<std::uint64_t>(static_cast<std::int64_t>(cell) + kHalf);
+    }
+    if (cells.insert(key).second)
+      result.push_back(points[i]);
+  }
+  return result;
+}
+
+std::vector<float>
+coordinates(const Points& points, Eigen::Index axis)
+{
+  std::vector<float> values;
+  values.reserve(points.size());
+  for (const Eigen::Vector3f& point : points)
+    values.push_back(point[axis]);
+  return values;
+}
+
+/// The range that all but a share of kOutliers of the values at each end lie in.
+Range
+trimmedRange(std::vector<float> values)
+{
+  if (values.empty())
+    return {};
+  const auto cut = static_cast<std::ptrdiff_t>(kOutliers * static_cast<double>(values.size()));
+  std::nth_element(values.begin(), values.begin() + cut, values.end());
+  const double low = values[static_cast<std::size_t>(cut)];
+  std::nth_element(values.begin(), values.end() - 1 - cut, values.end());
+  return {low, *(values.end() - 1 - cut)};
+}
+
+Range
+united(const Range& a, const Range& b)
+{
+  return {std::min(a.low, b.low), std::max(a.high, b.high)};
+}
+
+/// A histogram of values over a range.
+std::vector<double>
+histogramOf(const std::vector<float>& values, const Range& range, std::size_t bins)
+{
+  std::vector<double> counts(bins, 0);
+  for (const float value : values) {
+    const double at = (value - range.low) / std::max(range.size(), 1e-9) * static_cast<double>(bins);
+    if (at >= 0 && at < static_cast<double>(bins))
+      counts[static_cast<std::size_t>(at)] += 1;
+  }
+  return counts;
+}
+
+double
+sumOfSquares(const std::vector<double>& values)
+{
+  double sum = 0;
+  for (const double value : values)
+    sum += value * value;
+  return sum;
+}
+
+/** \brief The axis of the target that is probably vertical: z unless the scene is much flatter along x or y, as scans
+ * of sensors that lie on their side are.
+ */
+Eigen::Vector3d
+guessUp(const Points& thinned)
+{
+  constexpr double kMuchFlatter = 0.5;
+  std::array<double, 3> extents{};
+  for (Eigen::Index k = 0; k < 3; ++k)
+    extents[static_cast<std::size_t>(k)] = trimmedRange(coordinates(thinned, k)).size();
+  const auto flattest = static_cast<Eigen::Index>(std::min_element(extents.begin(), extents.end()) - extents.begin());
+  if (flattest != 2 && extents[static_cast<std::size_t>(flattest)] < kMuchFlatter * extents[2])
+    return Eigen::Vector3d::Unit(flattest);
+  return Eigen::Vector3d::UnitZ();
+}
+
+/// A rotation about the vertical that lays the walls along the edges of the picture and the longer side across it.
+Eigen::Matrix3d
+straighten(const Points& thinned)
+{
+  constexpr int kSteps = 90;
+  constexpr std::size_t kBins = 400;
+  double best = -1;
+  double best_angle = 0;
+  for (int step = 0; step < kSteps; ++step) {
+    const double angle = step * (M_PI / 2 / kSteps);
+    const auto c = static_cast<float>(std::cos(angle));
+    const auto s = static_cast<float>(std::sin(angle));
+    std::vector<float> u;
+    std::vector<float> v;
+    const std::size_t stride = thinned.size() / 20000 + 1;
+    for (std::size_t i = 0; i < thinned.size(); i += stride) {
+      u.push_back(c * thinned[i].x() - s * thinned[i].y());
+      v.push_back(s * thinned[i].x() + c * thinned[i].y());
+    }
+    const Range range = united(trimmedRange(u), trimmedRange(v));
+    const double sharpness = sumOfSquares(histogramOf(u, range, kBins)) + sumOfSquares(histogramOf(v, range, kBins));
+    // A picture that is nearly straight already is left as it is.
+    if (sharpness > best * (step == 0 ? 1 : 1.02)) {
+      best = sharpness;
+      best_angle = angle;
+    }
+  }
+  Eigen::Matrix3d turn = Eigen::AngleAxisd(best_angle, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  Points turned;
+  for (const Eigen::Vector3f& point : thinned)
+    turned.push_back(turn.cast<float>() * point);
+  if (trimmedRange(coordinates(turned, 1)).size() > 1.1 * trimmedRange(coordinates(turned, 0)).size())
+    turn = Eigen::AngleAxisd(-M_PI / 2, Eigen::Vector3d::UnitZ()).toRotationMatrix() * turn;
+  return turn;
+}
+
+/// Heights that the top view shows: from just above the floor to just under the ceiling, where there are such.
+Range
+topViewHeights(const Points& thinned, const Range& all)
+{
+  constexpr double kBin = 0.1;           // [m]
+  constexpr double kPeakShare = 0.12;    // of the thinned points in three bins: a floor or a ceiling
+  constexpr double kFloorMargin = 0.15;  // [m]
+  constexpr double kCeilingMargin = 0.4; // [m]
+  const auto bins = static_cast<std::size_t>(std::clamp(all.size() / kBin, 3.0, 1000.0));
+  const auto counts = histogramOf(coordinates(thinned, 2), all, bins);
+  const double width = all.size() / static_cast<double>(bins);
+  const double needed = kPeakShare * static_cast<double>(thinned.size());
+  const auto peak = [&](std::size_t i) {
+    return counts[i] + (i > 0 ? counts[i - 1] : 0) + (i + 1 < bins ? counts[i + 1] : 0) > needed;
+  };
+  Range shown = all;
+  for (std::size_t i = 0; i < bins / 3; ++i)
+    if (peak(i))
+      shown.low = all.low + static_cast<double>(i + 1) * width + kFloorMargin;
+  for (std::size_t i = bins - 1; i > bins / 2; --i)
+    if (peak(i))
+      shown.high = all.low + static_cast<double>(i) * width - kCeilingMargin;
+  if (shown.size() < 0.3)
+    return all;
+  return shown;
+}
+
+// ---------------------------------------------------------------------------------------------------------------------
+// Drawing
+
+/// A view of the scene: two axes of the picture frame, to scale.
+struct View {
+  Eigen::Index right = 0;
+  Eigen::Index up = 1;
+  Range horizontal;
+  Range vertical;
+  std::optional<Range> heights; ///< only points with z within are shown
+  int left = 0;                 ///< pixel of the upper left corner
+  int top = 0;
+  double scale = 1; ///< pixels a metre
+
+  int
+  width() const
+  {
+    return static_cast<int>(std::lround(horizontal.size() * scale));
+  }
+  int
+  height() const
+  {
+    return static_cast<int>(std::lround(vertical.size() * scale));
+  }
+};
+
+/// How much of each pixel of a view a scan covers, 0 to 1: more points, darker, with the eye's logarithm.
+std::vector<float>
+coverage(const Layer& layer, const View& view)
+{
+  constexpr double kFullShade = 0.9; // quantile of the hit pixels that is drawn darkest
+  constexpr float kLeastShade = 0.22F;
+  const int width = view.width();
+  const int height = view.height();
+  std::vector<float> counts(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), 0);
+  const auto at = [&](int x, int y) -> float& {
+    return counts[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)];
+  };
+  for (const Eigen::Vector3f& point : layer.points) {
+    if (view.heights && (point.z() < view.heights->low || point.z() > view.heights->high))
+      continue;
+    const double x = (point[view.right] - view.horizontal.low) * view.scale - 0.5;
+    const double y = (view.vertical.high - point[view.up]) * view.scale - 0.5;
+    if (!(x > 0 && x < width - 1 && y > 0 && y < height - 1))
+      continue;
+    // Shared among four pixels, so that walls are smooth.
+    const int column = static_cast<int>(x);
+    const int row = static_cast<int>(y);
+    const auto fx = static_cast<float>(x - column);
+    const auto fy = static_cast<float>(y - row);
+    at(column, row) += (1 - fx) * (1 - fy);
+    at(column + 1, row) += fx * (1 - fy);
+    at(column, row + 1) += (1 - fx) * fy;
+    at(column + 1, row + 1) += fx * fy;
+  }
+  std::vector<float> hit;
+  for (const float count : counts)
+    if (count > 0)
+      hit.push_back(count);
+  if (hit.empty())
+    return counts;
+  const auto quantile = hit.begin() + static_cast<std::ptrdiff_t>(kFullShade * static_cast<double>(hit.size() - 1));
+  std::nth_element(hit.begin(), quantile, hit.end());
+  const float full = std::log1p(std::max(*quantile, 0.5F));
+  for (float& count : counts)
+    if (count > 0) {
+      const float shade = std::min(1.0F, std::log1p(count) / full);
+      count = std::min(1.0F, count * 4) * (kLeastShade + (1 - kLeastShade) * shade);
+    }
+  return counts;
+}
+
+/// What cairo draws into, freed with the object.
+using SurfacePtr = std::unique_ptr<cairo_surface_t, decltype(&cairo_surface_destroy)>;
+using ContextPtr = std::unique_ptr<cairo_t, decltype(&cairo_destroy)>;
+
+void
+setColour(cairo_t* context, const Colour& colour, double alpha = 1)
+{
+  cairo_set_source_rgba(context, colour.red, colour.green, colour.blue, alpha);
+}
+
+void
+drawText(cairo_t* context, double x, double y, const std::string& text, double size, bool bold = false)
+{
+  cairo_select_font_face(
+      context, "sans-serif", CAIRO_FONT_SLANT_NORMAL, bold ? CAIRO_FONT_WEIGHT_BOLD : CAIRO_FONT_WEIGHT_NORMAL);
+  cairo_set_font_size(context, size);
+  setColour(context, kInk);
+  cairo_move_to(context, x, y);
+  cairo_show_text(context, text.c_str());
+}
+
+double
+textWidth(cairo_t* context, const std::string& text)
+{
+  cairo_text_extents_t extents;
+  cairo_text_extents(context, text.c_str(), &extents);
+  return extents.x_advance;
+}
+
+/// Both scans like two inks on paper: where they meet it is darkest.
+void
+drawPoints(cairo_surface_t* surface, const View& view, const std::vector<const Layer*>& layers)
+{
+  const int width = view.width();
+  const int height = view.height();
+  std::vector<std::vector<float>> inks;
+  for (const Layer* layer : layers)
+    inks.push_back(coverage(*layer, view));
+  cairo_surface_flush(surface);
+  unsigned char* data = cairo_image_surface_get_data(surface);
+  const int stride = cairo_image_surface_get_stride(surface);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) {
+      std::array<double, 3> colour{{1, 1, 1}};
+      for (std::size_t l = 0; l < layers.size(); ++l) {
+        const double ink = static_cast<double>(
+            inks[l][static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)]);
+        colour[0] *= 1 - ink * (1 - layers[l]->colour.red);
+        colour[1] *= 1 - ink * (1 - layers[l]->colour.green);
+        colour[2] *= 1 - ink * (1 - layers[l]->colour.blue);
+      }
+      std::uint32_t pixel = 0xff;
+      for (const double value : colour)
+        pixel = pixel << 8 | static_cast<std::uint32_t>(std::lround(255 * value));
+      std::memcpy(data + static_cast<std::ptrdiff_t>(view.top + y) * stride + 4 * (view.left + x), &pixel, 4);
+    }
+  cairo_surface_mark_dirty(surface);
+}
+
+void
+drawSensor(cairo_t* context, const View& view, const Layer& layer)
+{
+  if (!layer.sensor)
+    return;
+  const double x = ((*layer.sensor)[view.right] - view.horizontal.low) * view.scale;
+  const double y = (view.vertical.high - (*layer.sensor)[view.up]) * view.scale;
+  if (!(x > 0 && x < view.width() && y > 0 && y < view.height()))
+    return;
+  cairo_arc(context, view.left + x, view.top + y, 6, 0, 2 * M_PI);
+  setColour(context, layer.colour);
+  cairo_fill_preserve(context);
+  cairo_set_source_rgb(context, 1, 1, 1);
+  cairo_set_line_width(context, 2);
+  cairo_stroke(context);
+}
+
+void
+drawFrame(cairo_t* context, const View& view)
+{
+  cairo_rectangle(context, view.left - 0.5, view.top - 0.5, view.width() + 1, view.height() + 1);
+  setColour(context, kInk, 0.35);
+  cairo_set_line_width(context, 1);
+  cairo_stroke(context);
+}
+
+/// 1, 2 or 5 times a power of ten, at most \p longest.
+double
+roundLength(double longest)
+{
+  const double decade = std::pow(10, std::floor(std::log10(longest)));
+  for (const double factor : {5.0, 2.0})
+    if (factor * decade <= longest)
+      return factor * decade;
+  return decade;
+}
+
+void
+drawScaleBar(cairo_t* context, double left, double baseline, double scale)
+{
+  constexpr double kLongest = 300; // [pixels]
+  constexpr int kFields = 4;
+  const double metres = roundLength(kLongest / scale);
+  const double length = metres * scale;
+  for (int i = 0; i < kFields; ++i) {
+    cairo_rectangle(context, left + i * length / kFields, baseline - 8, length / kFields, 8);
+    if (i % 2 == 0)
+      setColour(context, kInk);
+    else
+      cairo_set_source_rgb(context, 1, 1, 1);
+    cairo_fill_preserve(context);
+    setColour(context, kInk);
+    cairo_set_line_width(context, 1);
+    cairo_stroke(context);
+  }
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%g m", metres);
+  drawText(context, left + length + 10, baseline, text.data(), 16);
+}
+
+double
+drawLegendEntry(cairo_t* context, double left, double baseline, const Layer& layer)
+{
+  cairo_rectangle(context, left, baseline - 13, 16, 16);
+  setColour(context, layer.colour);
+  cairo_fill(context);
+  drawText(context, left + 24, baseline, layer.label, 16);
+  return left + 24 + textWidth(context, layer.label) + 32;
+}
+
+void
+drawPicture(const std::string& path,
+            const std::string& title,
+            const std::string& subtitle,
+            View top,
+            View side,
+            const std::vector<const Layer*>& layers)
+{
+  const int height = kHeader + kCaption + top.height() + kCaption + side.height() + kFooter;
+  const SurfacePtr surface(cairo_image_surface_create(CAIRO_FORMAT_RGB24, kWidth, height), cairo_surface_destroy);
+  const ContextPtr context(cairo_create(surface.get()), cairo_destroy);
+  cairo_set_source_rgb(context.get(), 1, 1, 1);
+  cairo_paint(context.get());
+  drawText(context.get(), kMargin, 38, title, 26, true);
+  drawText(context.get(), kMargin, 66, subtitle, 17);
+
+  top.left = side.left = (kWidth - top.width()) / 2;
+  top.top = kHeader + kCaption;
+  side.top = top.top + top.height() + kCaption;
+  for (const View* view : {&top, &side}) {
+    drawPoints(surface.get(), *view, layers);
+    drawFrame(context.get(), *view);
+    for (const Layer* layer : layers)
+      drawSensor(context.get(), *view, *layer);
+  }
+  drawText(context.get(), top.left, top.top - 9, "From above, ceiling and floor cut away", 15);
+  if (!top.heights)
+    cairo_surface_flush(surface.get());
+  drawText(context.get(), side.left, side.top - 9, "From the side", 15);
+
+  const double baseline = height - 24;
+  double left = kMargin;
+  for (const Layer* layer : layers)
+    left = drawLegendEntry(context.get(), left, baseline, *layer);
+  drawScaleBar(context.get(), std::max<double>(left, kWidth - 420), baseline, top.scale);
+  const cairo_status_t status = cairo_surface_write_to_png(surface.get(), path.c_str());
+  if (status != CAIRO_STATUS_SUCCESS)
+    throw io::IoError(path + ": cannot be written: " + cairo_status_to_string(status));
+}
+
+// ---------------------------------------------------------------------------------------------------------------------
+
+/// A scan moved into the frame of the picture; \p T_picture_cloud takes its points without the offset.
+Layer
+makeLayer(const io::LoadedCloud& cloud,
+          const Eigen::Isometry3d& T_picture_cloud,
+          const Colour& colour,
+          std::string label)
+{
+  Layer layer;
+  layer.colour = colour;
+  layer.label = std::move(label);
+  layer.points.reserve(cloud.points->size());
+  for (const auto& point : *cloud.points)
+    if (point.getVector3fMap().allFinite())
+      layer.points.push_back((T_picture_cloud * point.getVector3fMap().cast<double>()).cast<float>());
+  layer.thinned = thin(layer.points);
+  if (cloud.viewpoint || cloud.offset.isZero(0))
+    layer.sensor = (T_picture_cloud * (cloud.viewpoint.value_or(Eigen::Vector3d::Zero()) - cloud.offset)).cast<float>();
+  return layer;
+}
+
+Range
+widened(const Range& range)
+{
+  const double grow = std::max(kViewMargin * range.size(), (kMinExtent - range.size()) / 2);
+  return {range.low - grow, range.high + grow};
+}
+
+std::string
+fileName(const std::string& path)
+{
+  return std::filesystem::path(path).filename().string();
+}
+
+std::string
+subtitleAfter(const Report& report)
+{
+  const Result& result = report.run.result;
+  const double angle = Eigen::AngleAxisd(result.T_target_source.linear()).angle() * 180 / M_PI;
+  std::array<char, 200> text{};
+  if (report.run.judged)
+    std::snprintf(text.data(),
+                  text.size(),
+                  "%s: turned by %.1f\u00b0, moved by %.2f m, overlap %.0f %%, confidence %.2f, %.2f s",
+                  report.method.c_str(),
+                  angle,
+                  result.T_target_source.translation().norm(),
+                  100 * result.overlap,
+                  result.confidence,
+                  report.run.seconds);
+  else
+    std::snprintf(text.data(),
+                  text.size(),
+                  "%s: turned by %.1f\u00b0, moved by %.2f m, overlap %.0f %%, %.2f s",
+                  report.method.c_str(),
+                  angle,
+                  result.T_target_source.translation().norm(),
+                  100 * result.overlap,
+                  report.run.seconds);
+  return text.data();
+}
+
+} // namespace
+
+void
+drawPair(const std::string& folder,
+         const io::LoadedCloud& source,
+         const io::LoadedCloud& target,
+         const Report& report,
+         const Options& options)
+{
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error)
+    throw io::IoError(folder + ": cannot be created: " + error.message());
+
+  // The picture's frame: the target's, turned until up is up and the walls are straight, about the target's offset.
+  const Layer as_is = makeLayer(target, Eigen::Isometry3d::Identity(), kTargetColour, "");
+  const Eigen::Vector3d up = options.gravity ? options.gravity->up_target : guessUp(as_is.thinned);
+  Eigen::Isometry3d T_picture_target(Eigen::Quaterniond::FromTwoVectors(up, Eigen::Vector3d::UnitZ()));
+  const Layer upright = makeLayer(target, T_picture_target, kTargetColour, "");
+  T_picture_target = straighten(upright.thinned) * T_picture_target;
+
+  const Layer still = makeLayer(target, T_picture_target, kTargetColour, "target " + fileName(report.target));
+  const auto moved = [&](const Eigen::Isometry3d& T_target_source, const std::string& label) {
+    const Eigen::Isometry3d T =
+        T_picture_target * Eigen::Translation3d(-target.offset) * T_target_source * Eigen::Translation3d(source.offset);
+    return makeLayer(source, T, kSourceColour, label);
+  };
+  const std::string name = "source " + fileName(report.source);
+  const Layer before = moved(Eigen::Isometry3d::Identity(), name + " as it is");
+  const Result& result = report.run.result;
+  const Layer after = moved(result.T_target_source, name + (result.accepted() ? " aligned" : " at the best pose"));
+
+  std::array<Range, 3> shown;
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    Range range = trimmedRange(coordinates(still.thinned, k));
+    for (const Layer* layer : {&before, &after})
+      if (!layer->thinned.empty())
+        range = united(range, trimmedRange(coordinates(layer->thinned, k)));
+    shown[static_cast<std::size_t>(k)] = widened(range);
+  }
+  View top;
+  top.horizontal = shown[0];
+  top.vertical = shown[1];
+  top.heights = topViewHeights(still.thinned, trimmedRange(coordinates(still.thinned, 2)));
+  top.scale = std::min((kWidth - 2 * kMargin) / shown[0].size(), kMaxTopHeight / shown[1].size());
+  View side;
+  side.horizontal = shown[0];
+  side.vertical = shown[2];
+  side.up = 2;
+  side.scale = top.scale;
+
+  drawPicture((std::filesystem::path(folder) / "before.png").string(),
+              "Before",
+              "both scans in their own coordinates",
+              top,
+              side,
+              {&still, &before});
+  drawPicture((std::filesystem::path(folder) / "after.png").string(),
+              result.accepted() ? "After" : "Not aligned: best pose that was considered",
+              subtitleAfter(report),
+              top,
+              side,
+              {&still, &after});
+}
+
+} // namespace apps
+} // namespace pcl_ssfr
