@@ -15,7 +15,11 @@ prepareScan(const ScanView& scan, const Options& options)
   validate(options);
   auto data = std::make_shared<PreparedData>();
   data->profile = options.profile;
-  data->patches = preparePatchScan(scan, options);
+  // The paper takes the sensor to be at the origin: its profile believes the viewpoint unless told otherwise.
+  if (options.profile == Profile::Paper2017)
+    data->paper = preparePaperScan(scan, options, options.viewpoint_mode != ViewpointMode::Unknown);
+  else
+    data->patches = preparePatchScan(scan, options);
   return PreparedScan(std::move(data));
 }
 
@@ -32,6 +36,16 @@ registerScans(const PreparedScan& source,
     result.message = source.empty() ? "the source scan was not prepared" : "the target scan was not prepared";
     return result;
   }
+  for (const PreparedScan* scan : {&source, &target}) {
+    if (scan->data().profile == options.profile)
+      continue;
+    Result result;
+    result.status = Status::InvalidInput;
+    result.message = "a scan was prepared for another profile than the one to be run";
+    return result;
+  }
+  if (options.profile == Profile::Paper2017)
+    return registerPaperScans(source.data().paper, target.data().paper, options, guess);
   return registerPatchScans(source.data().patches, target.data().patches, options, guess);
 }
 

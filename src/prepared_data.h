@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <pcl_ssfr/paper_profile.h>
 #include <pcl_ssfr/patch_profile.h>
 #include <pcl_ssfr/prepared_scan.h>
 
@@ -12,6 +13,7 @@ namespace pcl_ssfr {
 struct PreparedData {
   Profile profile = Profile::Default;
   PatchScan patches; ///< Profile::Default
+  PaperScan paper;   ///< Profile::Paper2017
 };
 
 } // namespace pcl_ssfr

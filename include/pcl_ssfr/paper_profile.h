@@ -30,7 +30,8 @@ struct PaperScan {
 };
 
 /** \brief Stages 1 to 5 and the thinning of stage 12 for one scan. Total on data: an empty scan gives an empty value.
- * \param[in] oriented false: the viewpoint is not believed and normals have no sign
+ * \param[in] oriented false: the viewpoint is not believed and normals have no sign. The paper takes the sensor to be
+ * at the origin, so the pipeline passes true unless the viewpoint mode is Unknown.
  * \throw std::invalid_argument when \p options are out of range.
  */
 PaperScan
