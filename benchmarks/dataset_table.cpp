@@ -49,6 +49,8 @@ struct Settings {
   double away = 0; ///< move the origin of both scans this far from the sensor [m]
   bool verbose = false;
   std::vector<std::size_t> only;
+  bool unrelated = false; ///< pair each source with a target of the next folder: every answer is wrong
+  fs::path target_folder; ///< of the targets, when unrelated
 };
 
 struct Outcome {
@@ -58,6 +60,7 @@ struct Outcome {
   double translation_error = 0;  // [m]
   int truth_rank = -1;           // place of the first right candidate
   bool success = false;
+  std::vector<bool> right_candidates;
 };
 
 std::vector<std::string>
@@ -207,7 +210,7 @@ Outcome
 runPair(const fs::path& folder, const Pair& pair, std::size_t number, const Settings& settings)
 {
   Cloud::Ptr source = loadScan(folder, pair.source);
-  Cloud::Ptr target = loadScan(folder, pair.target);
+  Cloud::Ptr target = loadScan(settings.unrelated ? settings.target_folder : folder, pair.target);
   std::mt19937_64 rng(settings.seed * 1000003u + number);
   Eigen::Isometry3d motion = settings.turn ? randomRotation(rng) : Eigen::Isometry3d::Identity();
   Eigen::Isometry3d target_motion = Eigen::Isometry3d::Identity();
@@ -226,14 +229,15 @@ runPair(const fs::path& folder, const Pair& pair, std::size_t number, const Sett
   // The translation error is taken where the source's sensor lies.
   const Eigen::Isometry3d at_sensor(motion);
   judge(outcome.result.T_target_source * at_sensor, truth * at_sensor, outcome.rotation_error, outcome.translation_error);
-  const auto right = [](double degrees, double metres) {
-    return degrees < kMaxRotationError && metres < kMaxTranslationError;
+  const auto right = [&settings](double degrees, double metres) {
+    return !settings.unrelated && degrees < kMaxRotationError && metres < kMaxTranslationError;
   };
   outcome.success = right(outcome.rotation_error, outcome.translation_error);
-  for (std::size_t k = 0; k < outcome.result.candidates.size() && outcome.truth_rank < 0; ++k) {
-    double degrees = 0, metres = 0;
+  for (std::size_t k = 0; k < outcome.result.candidates.size(); ++k) {
+    double degrees = 180, metres = 1e9;
     judge(outcome.result.candidates[k].T_target_source * at_sensor, truth * at_sensor, degrees, metres);
-    if (right(degrees, metres))
+    outcome.right_candidates.push_back(right(degrees, metres));
+    if (outcome.right_candidates.back() && outcome.truth_rank < 0)
       outcome.truth_rank = static_cast<int>(k);
   }
   return outcome;
@@ -280,7 +284,7 @@ struct Totals {
 };
 
 int
-run(const std::vector<std::string>& folders, const Settings& settings)
+run(const std::vector<std::string>& folders, Settings settings)
 {
   Totals all;
   if (!settings.verbose)
@@ -288,9 +292,15 @@ run(const std::vector<std::string>& folders, const Settings& settings)
                 "| set                  | pairs | solved |   rate  | converged | converged wrong | med. deg | med.cm | med. s |\n"
                 "|----------------------|-------|--------|---------|-----------|-----------------|----------|--------|--------|\n",
                 settings.method.c_str(), settings.turn ? "turned at random" : "as it is", settings.threads);
-  for (const std::string& name : folders) {
-    const fs::path folder(name);
-    const std::vector<Pair> pairs = readPairs(folder / "pairs.csv");
+  for (std::size_t f = 0; f < folders.size(); ++f) {
+    const fs::path folder(folders[f]);
+    std::vector<Pair> pairs = readPairs(folder / "pairs.csv");
+    if (settings.unrelated) {
+      settings.target_folder = folders[(f + 1) % folders.size()];
+      const std::vector<Pair> others = readPairs(settings.target_folder / "pairs.csv");
+      for (std::size_t i = 0; i < pairs.size(); ++i)
+        pairs[i].target = others[i % others.size()].target;
+    }
     const std::string set = fs::weakly_canonical(folder).filename().string();
     Totals totals;
     for (std::size_t i = 0; i < pairs.size(); i += settings.every) {
@@ -299,6 +309,11 @@ run(const std::vector<std::string>& folders, const Settings& settings)
       const Outcome o = runPair(folder, pairs[i], i, settings);
       totals.add(o);
       all.add(o);
+      if (std::getenv("DUMP")) {
+        const auto& cs = o.result.candidates;
+        for (std::size_t k = 0; k < cs.size(); ++k)
+          std::printf("CAND %s %zu %zu %d %.5f %.5f %.5f %.5f %.5f\n", set.c_str(), i, k, o.right_candidates[k] ? 1 : 0, cs[k].score, cs[k].overlap, cs[k].contradiction, cs[k].unmatched, cs[k].weakest);
+      }
       if (settings.verbose || std::getenv("SHOW_FAILED")) {
         const auto& c = o.result.candidates;
         if (settings.verbose || !o.success) {
@@ -339,6 +354,7 @@ main(int argc, char** argv)
       ("every", po::value(&settings.every)->default_value(settings.every), "take every k-th pair")
       ("pairs", po::value(&settings.only)->multitoken(), "only these rows")
       ("away", po::value(&settings.away)->default_value(0), "move the origins this far from the sensors [m]")
+      ("unrelated", po::bool_switch(&settings.unrelated), "targets from the next folder: whatever is reported converged is wrong")
       ("verbose", po::bool_switch(&settings.verbose), "a line a pair")
       ("dataset", po::value(&folders), "folders");
   po::positional_options_description positional;

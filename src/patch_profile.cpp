@@ -68,9 +68,11 @@ public:
   {
     SurfaceEvidence e = collectEvidence(source_.patches.samples, target_.index,
                                         target_.range_image.empty() ? nullptr : &target_.range_image, T, v);
-    e += collectEvidence(target_.patches.samples, source_.index,
+    SurfaceEvidence back = collectEvidence(target_.patches.samples, source_.index,
                          source_.range_image.empty() ? nullptr : &source_.range_image, T.inverse(), v);
-    return e;
+    back.matched_normals = (T.linear() * back.matched_normals * T.linear().transpose()).eval();
+    back.visible_normals = (T.linear() * back.visible_normals * T.linear().transpose()).eval();
+    return e += back;
   }
 
   const PatchScan& source_;
@@ -136,6 +138,13 @@ preparePatchScan(const ScanView& scan, const Options& options)
 
   prepared.votes = drawVotingSamples(prepared.patches.samples, prepared.main_normals, int(P("votes", 160)));
   prepared.index = PatchIndex(prepared.patches, P("voxel", 0.5) * prepared.scale);
+  PatchOptions fine = po;
+  fine.split_above = int(P("split", 100));
+  fine.min_points = int(P("fmin", 8));
+  const PlanarPatches small = extractPatches(cloud, prepared.viewpoint_used ? &viewpoint : nullptr,
+                                    po.thickness > 0 ? po.thickness : P("thick", kThickness) * prepared.scale, fine);
+  prepared.surface = drawSurfacePoints(cloud, small, int(P("ppp", 4)));
+  prepared.fine_index = PatchIndex(small, P("fvoxel", 0.25) * prepared.scale);
   prepared.stages.push_back(clock.lap("index", static_cast<std::uint64_t>(prepared.patches.size()), 0));
   return prepared;
 }
@@ -236,12 +245,25 @@ registerPatchScans(const PatchScan& source, const PatchScan& target, const Optio
   std::stable_sort(distinct.begin(), distinct.end(), [](const auto& a, const auto& b) { return a.score > b.score; });
   result.stages.push_back(clock.lap("fine refinement", distinct.size(), distinct.size()));
 
+  if (!distinct.empty() && options.refine) {
+    RefinementOptions r;
+    r.match = reg.visibility(P("pd", 0.3), P("pl", 0.1), 0.35).match;
+    r.final_distance = P("pf", 0.1) * reg.scale_;
+    r.steps = int(P("ps", 12));
+    const Refinement polished = refineMutual(source.surface, source.fine_index, target.surface, target.fine_index, distinct.front().T, r);
+    distinct.front().T = polished.T_target_source;
+    result.rmse = polished.rms;
+    result.stages.push_back(clock.lap("polish", 1, static_cast<std::uint64_t>(polished.matches)));
+  }
+
   for (const Judged& j : distinct) {
     Candidate c;
     c.T_target_source = Eigen::Translation3d(target.origin) * j.T * Eigen::Translation3d(-source.origin);
     c.score = j.score;
     c.overlap = j.evidence.matched / std::max(1e-9, j.evidence.total);
     c.contradiction = j.evidence.contradicted / std::max(1e-9, j.evidence.total);
+    c.unmatched = j.evidence.unmatched / std::max(1e-9, j.evidence.total);
+    c.weakest = weakestMatchedShare(j.evidence);
     result.candidates.push_back(c);
   }
   if (!result.candidates.empty()) {

@@ -162,16 +162,40 @@ refinePatches(const PlanarPatches& source,
       });
 }
 
+SurfacePoints
+drawSurfacePoints(const ThinnedCloud& cloud, const PlanarPatches& patches, int per_patch)
+{
+  const auto share = [&](std::uint32_t count) { return std::min(count, static_cast<std::uint32_t>(per_patch)); };
+  Eigen::Index total = 0;
+  for (const std::uint32_t count : patches.counts)
+    total += share(count);
+  SurfacePoints surface;
+  surface.points.resize(3, total);
+  surface.normals.resize(3, total);
+  Eigen::Index next = 0;
+  for (std::size_t i = 0; i < patches.counts.size(); ++i) {
+    const std::uint32_t count = patches.counts[i];
+    const std::uint32_t drawn = share(count);
+    for (std::uint32_t k = 0; k < drawn; ++k, ++next) {
+      const std::uint32_t point = patches.first_point[i] + (2 * k + 1) * count / (2 * drawn);
+      surface.points.col(next) = cloud.points.col(point);
+      surface.normals.col(next) = patches.samples.normals.col(static_cast<Eigen::Index>(i)).cast<float>();
+    }
+  }
+  return surface;
+}
+
 Refinement
-refinePoints(const Eigen::Matrix3Xf& points,
-             const Eigen::Matrix3Xf& normals,
-             const PatchIndex& target,
+refineMutual(const SurfacePoints& source,
+             const PatchIndex& source_planes,
+             const SurfacePoints& target,
+             const PatchIndex& target_planes,
              const Eigen::Isometry3d& T_target_source,
              const RefinementOptions& options)
 {
-  if (points.cols() == 0)
+  if (source.points.cols() == 0 || target.points.cols() == 0)
     return refine(T_target_source, Eigen::Vector3d::Zero(), options, [](const auto&...) {});
-  const Eigen::Vector3d centre = T_target_source * Eigen::Vector3d(points.cast<double>().rowwise().mean());
+  const Eigen::Vector3d centre = T_target_source * Eigen::Vector3d(source.points.cast<double>().rowwise().mean());
   return refine(
       T_target_source,
       centre,
@@ -181,15 +205,28 @@ refinePoints(const Eigen::Matrix3Xf& points,
           const PatchIndex::Tolerance& tolerance,
           double scale,
           NormalEquations& equations) {
-        for (Eigen::Index i = 0; i < points.cols(); ++i) {
-          const Eigen::Vector3d p = T * points.col(i).cast<double>();
-          const Eigen::Vector3d normal = T.linear() * normals.col(i).cast<double>();
-          const int match = target.find(p.cast<float>(), normal.cast<float>(), tolerance);
+        for (Eigen::Index i = 0; i < source.points.cols(); ++i) {
+          const Eigen::Vector3d p = T * source.points.col(i).cast<double>();
+          const Eigen::Vector3d normal = T.linear() * source.normals.col(i).cast<double>();
+          const int match = target_planes.find(p.cast<float>(), normal.cast<float>(), tolerance);
           if (match < 0)
             continue;
-          const Eigen::Vector3d n = target.normal(match).cast<double>();
-          const double r = (p - target.centroid(match).cast<double>()).dot(n);
+          const Eigen::Vector3d n = target_planes.normal(match).cast<double>();
+          const double r = (p - target_planes.centroid(match).cast<double>()).dot(n);
           equations.add(p - c, n, r, robustWeight(r, scale), nullptr);
+        }
+        // The other way round it is the plane that moves: its distance to a fixed point shrinks along its normal.
+        const Eigen::Isometry3d T_source_target = T.inverse();
+        for (Eigen::Index i = 0; i < target.points.cols(); ++i) {
+          const Eigen::Vector3d q = target.points.col(i).cast<double>();
+          const Eigen::Vector3d p = T_source_target * q;
+          const Eigen::Vector3d normal = T_source_target.linear() * target.normals.col(i).cast<double>();
+          const int match = source_planes.find(p.cast<float>(), normal.cast<float>(), tolerance);
+          if (match < 0)
+            continue;
+          const Eigen::Vector3d n = T.linear() * source_planes.normal(match).cast<double>();
+          const double r = (T * source_planes.centroid(match).cast<double>() - q).dot(n);
+          equations.add(q - c, n, r, robustWeight(r, scale), nullptr);
         }
       });
 }

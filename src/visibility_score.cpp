@@ -3,7 +3,50 @@
 
 #include <pcl_ssfr/visibility_score.h>
 
+#include <Eigen/Eigenvalues>
+
+#include <algorithm>
+
 namespace pcl_ssfr {
+
+namespace {
+
+constexpr double kMinFacingShare = 0.02; // of the visible surface that must face a direction for it to count
+
+} // namespace
+
+SurfaceEvidence&
+SurfaceEvidence::operator+=(const SurfaceEvidence& other)
+{
+  total += other.total;
+  matched += other.matched;
+  contradicted += other.contradicted;
+  unmatched += other.unmatched;
+  matched_normals += other.matched_normals;
+  visible_normals += other.visible_normals;
+  return *this;
+}
+
+double
+weakestMatchedShare(const SurfaceEvidence& evidence)
+{
+  if (!(evidence.visible() > 0))
+    return 0;
+  // min over v of (v' M v) / (v' V v), on the directions that enough surface faces.
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> visible(evidence.visible_normals);
+  double share = 1;
+  Eigen::Matrix3d whitening = Eigen::Matrix3d::Zero();
+  int kept = 0;
+  for (int k = 0; k < 3; ++k)
+    if (visible.eigenvalues()[k] > kMinFacingShare * evidence.visible())
+      whitening.col(kept++) = visible.eigenvectors().col(k) / std::sqrt(visible.eigenvalues()[k]);
+  if (kept == 0)
+    return 0;
+  const Eigen::MatrixXd reduced =
+      whitening.leftCols(kept).transpose() * evidence.matched_normals * whitening.leftCols(kept);
+  share = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(reduced).eigenvalues()[0];
+  return std::clamp(share, 0.0, 1.0);
+}
 
 SurfaceEvidence
 collectEvidence(const OrientedSamples& samples,
@@ -16,10 +59,11 @@ collectEvidence(const OrientedSamples& samples,
   for (Eigen::Index i = 0; i < samples.size(); ++i) {
     const double weight = samples.weights[i];
     evidence.total += weight;
+    const Eigen::Vector3d normal = T.linear() * samples.normals.col(i);
     const Eigen::Vector3f p = (T * samples.points.col(i)).cast<float>();
-    const Eigen::Vector3f n = (T.linear() * samples.normals.col(i)).cast<float>();
-    if (index.find(p, n, options.match) >= 0) {
+    if (index.find(p, normal.cast<float>(), options.match) >= 0) {
       evidence.matched += weight;
+      evidence.matched_normals.noalias() += weight * normal * normal.transpose();
       continue;
     }
     if (!image)
@@ -36,7 +80,11 @@ collectEvidence(const OrientedSamples& samples,
       evidence.contradicted += weight;
     else if (range < options.hidden_ratio * image->farthest(cell) + options.hidden_margin)
       evidence.unmatched += weight;
+    else
+      continue;
+    evidence.visible_normals.noalias() += weight * normal * normal.transpose();
   }
+  evidence.visible_normals += evidence.matched_normals;
   return evidence;
 }
 

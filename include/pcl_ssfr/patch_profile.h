@@ -7,6 +7,7 @@
 #include <pcl_ssfr/patch_index.h>
 #include <pcl_ssfr/pose_search.h>
 #include <pcl_ssfr/range_image.h>
+#include <pcl_ssfr/refinement.h>
 #include <pcl_ssfr/result.h>
 #include <pcl_ssfr/scan_view.h>
 
@@ -25,8 +26,8 @@ struct PatchScan {
   VotingSamples votes;
   PatchIndex index;
   RangeImage range_image; ///< empty when the viewpoint is not believed
-  Eigen::Matrix3Xf polish_points;  ///< points on patches for the final polish, 3 x N
-  Eigen::Matrix3Xf polish_normals; ///< normals of their patches, 3 x N
+  SurfacePoints surface;  ///< points for the final polish ...
+  PatchIndex fine_index;  ///< ... and the small planes that the other scan's points are laid on
   std::vector<StageReport> stages;
 };
 

@@ -41,11 +41,22 @@ refinePatches(const PlanarPatches& source,
               const Eigen::Isometry3d& T_target_source,
               const RefinementOptions& options);
 
-/** \brief The same with points (3 x N, source frame, with unit normals) instead of patches: for the final polish. */
+/// Points on the surface of a scan, for the final polish.
+struct SurfacePoints {
+  Eigen::Matrix3Xf points;  ///< 3 x N [m]
+  Eigen::Matrix3Xf normals; ///< unit, 3 x N
+};
+
+/// A few evenly strided points of every patch with the patch's normal: at most \p per_patch each.
+SurfacePoints
+drawSurfacePoints(const ThinnedCloud& cloud, const PlanarPatches& patches, int per_patch);
+
+/** \brief The final polish: points of each scan onto the planes of the other, both ways in one system. */
 Refinement
-refinePoints(const Eigen::Matrix3Xf& points,
-             const Eigen::Matrix3Xf& normals,
-             const PatchIndex& target,
+refineMutual(const SurfacePoints& source,
+             const PatchIndex& source_planes,
+             const SurfacePoints& target,
+             const PatchIndex& target_planes,
              const Eigen::Isometry3d& T_target_source,
              const RefinementOptions& options);
 

@@ -45,6 +45,8 @@ struct Candidate {
   double score = 0;         ///< what candidates are ranked by; comparable within one registration only
   double overlap = 0;       ///< share of the visible surface that met its counterpart, [0, 1]
   double contradiction = 0; ///< share of the surface that hangs in the other sensor's free space, [0, 1]
+  double unmatched = 0;     ///< share of the surface that is in view of the other sensor but met nothing like it, [0, 1]
+  double weakest = 0;       ///< matched share of the visible surface in the direction where it is least, [0, 1]
   bool from_guess = false;  ///< the caller's initial guess (refined), not found by the method
 };
 

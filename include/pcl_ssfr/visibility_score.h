@@ -20,24 +20,33 @@ struct VisibilityOptions {
   float hidden_margin = 0.3f; ///< ... plus this [m]: hidden behind what was seen
 };
 
-/// What becomes of one scan's surface when it is laid into the other scan; all in weight (square metres).
+/// What becomes of the surface of a scan when it is laid into the other scan; all in weight (square metres).
 struct SurfaceEvidence {
   double total = 0;        ///< all of it
   double matched = 0;      ///< meets a compatible patch
   double contradicted = 0; ///< hangs in front of what the other sensor saw through
   double unmatched = 0;    ///< in view, at the depth that was seen, but no compatible patch there
   // The rest is hidden, behind, or out of view: no evidence.
+  /// Sum of weight n n^T in the target frame, over the matched surface and over all that gave evidence.
+  Eigen::Matrix3d matched_normals = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d visible_normals = Eigen::Matrix3d::Zero();
 
-  SurfaceEvidence&
-  operator+=(const SurfaceEvidence& other)
+  double
+  visible() const
   {
-    total += other.total;
-    matched += other.matched;
-    contradicted += other.contradicted;
-    unmatched += other.unmatched;
-    return *this;
+    return matched + contradicted + unmatched;
   }
+  SurfaceEvidence&
+  operator+=(const SurfaceEvidence& other);
 };
+
+/** \brief Share of the visible surface that is matched, in the direction where that is least: in [0, 1].
+ *
+ * A wrong shift along one axis leaves the planes across the others matched; this looks at each direction by itself.
+ * Directions that hardly any visible surface faces (under 2 % of it) are left out. 0 when nothing is visible.
+ */
+double
+weakestMatchedShare(const SurfaceEvidence& evidence);
 
 /** \brief Lay the samples into the scan behind \p index and \p image and collect the evidence for and against.
  * \param[in] T maps the samples into the frame of \p index \param[in] image null: no free-space reasoning
