@@ -159,7 +159,7 @@ protected:
   SetUp() override
   {
     registration_ = pcl::make_shared<typename T::Method>();
-    registration_->setMaximumIterations(50);
+    registration_->setMaximumIterations(30);
     if (!T::kIsGlobal) {
       registration_->setMaxCorrespondenceDistance(0.3);
     }

@@ -3,6 +3,8 @@
 
 #pragma once
 
+#include <pcl/memory.h>
+#include <pcl/point_representation.h>
 #include <pcl/search/kdtree.h>
 
 #include <algorithm>
@@ -12,7 +14,25 @@
 
 namespace pcl_ssfr {
 
-/** \brief A pcl::search::KdTree that may be asked about any point.
+/// x, y and z of a point, wherever its type keeps them; PCL's default takes the first three floats of the point.
+template <typename PointT>
+class XyzRepresentation : public pcl::PointRepresentation<PointT> {
+public:
+  XyzRepresentation()
+  {
+    this->nr_dimensions_ = 3;
+    this->trivial_ = false;
+  }
+  void
+  copyToFloatArray(const PointT& point, float* out) const override
+  {
+    out[0] = point.x;
+    out[1] = point.y;
+    out[2] = point.z;
+  }
+};
+
+/** \brief A pcl::search::KdTree over x, y and z that may be asked about any point.
  *
  * PCL's tree asserts on a NaN or infinite query, and its precompiled library keeps its asserts; on a cloud without one
  * finite point it has no index at all and leaves the caller's vectors as they were. Both would make
@@ -29,6 +49,8 @@ public:
 
   using Base::nearestKSearch;
   using Base::radiusSearch;
+
+  FiniteQueryKdTree() { this->setPointRepresentation(pcl::make_shared<XyzRepresentation<PointT>>()); }
 
   /// Index the finite points of \p cloud (of \p indices only, when given).
   void

@@ -63,7 +63,7 @@ template <typename PointT>
 ScanPair<PointT>
 makeRoomPair(bool small_motion)
 {
-  constexpr double kStep = 0.0227; // 1.3 degrees: about 30,000 points
+  constexpr double kStep = 0.0262; // 1.5 degrees: about 23,000 points
   const Scene scene = makeFurnishedRoom(1);
   const Eigen::Isometry3d T_world_target = sensorPose(scene.stations.at(0), 0.1);
   const Eigen::Isometry3d T_world_source =

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+// SSFR as the initial guess of PCL's ICP, GICP and NDT: on pairs where each of them alone fails from identity.
+
+#include <pcl_ssfr/structured_scene_registration.h>
+
+#include "pcl_clouds.h"
+#include "pose_matchers.h"
+
+#include <pcl/common/transforms.h>
+#include <pcl/filters/voxel_grid.h>
+#include <pcl/registration/gicp.h>
+#include <pcl/registration/icp.h>
+#include <pcl/registration/ndt.h>
+
+#include <gtest/gtest.h>
+
+#include <cctype>
+#include <cstdint>
+#include <ostream>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace pcl_ssfr {
+namespace {
+
+using pcl_ssfr::testing::IsPoseNear;
+using pcl_ssfr::testing::loadPair;
+using pcl_ssfr::testing::Random;
+using pcl_ssfr::testing::randomRotation;
+using pcl_ssfr::testing::ScanPair;
+using ::testing::Not;
+
+using Point = pcl::PointXYZ;
+using Cloud = pcl::PointCloud<Point>;
+using Registration = pcl::Registration<Point, Point>;
+
+constexpr double kDegree = 3.14159265358979323846 / 180;
+constexpr double kMaxRotation = 2 * kDegree; ///< success, as everywhere in this project
+constexpr double kMaxTranslation = 0.3;      ///< [m]
+constexpr float kLeaf = 0.15F;               ///< the local methods get clouds thinned to this [m]
+
+/// Correspondences of ICP and GICP: wide for the best chance alone, narrow where the guess is good [m].
+constexpr double kWideReach = 1.0;
+constexpr double kNarrowReach = 0.3;
+
+struct Case {
+  std::string folder;
+  std::string source;
+  std::string target;
+  std::uint64_t seed; ///< of the rotation that the source is turned by about its sensor
+};
+
+void
+PrintTo(const Case& pair, std::ostream* stream)
+{
+  *stream << pair.folder << ": " << pair.source << " -> " << pair.target;
+}
+
+Cloud::Ptr
+thinned(const Cloud::ConstPtr& cloud)
+{
+  auto result = pcl::make_shared<Cloud>();
+  pcl::VoxelGrid<Point> grid;
+  grid.setInputCloud(cloud);
+  grid.setLeafSize(kLeaf, kLeaf, kLeaf);
+  grid.filter(*result);
+  return result;
+}
+
+std::vector<std::pair<std::string, Registration::Ptr>>
+localMethods()
+{
+  const auto icp = pcl::make_shared<pcl::IterativeClosestPoint<Point, Point>>();
+  icp->setMaximumIterations(50);
+  const auto gicp = pcl::make_shared<pcl::GeneralizedIterativeClosestPoint<Point, Point>>();
+  gicp->setMaximumIterations(30);
+  const auto ndt = pcl::make_shared<pcl::NormalDistributionsTransform<Point, Point>>();
+  ndt->setResolution(1.0F);
+  ndt->setStepSize(0.1);
+  ndt->setTransformationEpsilon(0.01);
+  ndt->setMaximumIterations(35);
+  return {{"ICP", icp}, {"GICP", gicp}, {"NDT", ndt}};
+}
+
+class InitialGuess : public ::testing::TestWithParam<Case> {};
+
+TEST_P(InitialGuess, TurnsFailureIntoSuccess)
+{
+  ScanPair<Point> pair = loadPair(GetParam().folder, GetParam().source, GetParam().target);
+  if (!pair.source) {
+    GTEST_SKIP() << "no scans at " << GetParam().folder;
+  }
+  Random random(GetParam().seed);
+  Eigen::Isometry3d turn = Eigen::Isometry3d::Identity();
+  turn.linear() = randomRotation(random);
+  pcl::transformPointCloud(*pair.source, *pair.source, Eigen::Matrix4d(turn.matrix()));
+  const Eigen::Isometry3d truth = pair.T_target_source * turn.inverse();
+
+  StructuredSceneRegistration<Point, Point> ssfr;
+  ssfr.setInputSource(pair.source);
+  ssfr.setInputTarget(pair.target);
+  Cloud moved;
+  ssfr.align(moved);
+  ASSERT_TRUE(ssfr.hasConverged()) << ssfr.getResult().message;
+  ASSERT_THAT(ssfr.getFinalTransformation(), IsPoseNear(truth, kMaxRotation, kMaxTranslation));
+
+  const Cloud::Ptr source = thinned(pair.source);
+  const Cloud::Ptr target = thinned(pair.target);
+  for (const auto& [name, method] : localMethods()) {
+    method->setInputSource(source);
+    method->setInputTarget(target);
+    method->setMaxCorrespondenceDistance(kWideReach);
+    method->align(moved);
+    EXPECT_THAT(method->getFinalTransformation(), Not(IsPoseNear(truth, kMaxRotation, kMaxTranslation)))
+        << name << " alone: the pair shows nothing";
+    method->setMaxCorrespondenceDistance(kNarrowReach);
+    method->align(moved, ssfr.getFinalTransformation());
+    EXPECT_TRUE(method->hasConverged()) << name << " with SSFR's guess";
+    EXPECT_THAT(method->getFinalTransformation(), IsPoseNear(truth, kMaxRotation, kMaxTranslation))
+        << name << " with SSFR's guess";
+  }
+}
+
+std::string
+nameOf(const ::testing::TestParamInfo<Case>& info)
+{
+  std::string name = info.param.folder.substr(info.param.folder.find_last_of('/') + 1) + "_" + info.param.source;
+  for (char& letter : name) {
+    letter = std::isalnum(static_cast<unsigned char>(letter)) != 0 ? letter : '_';
+  }
+  return name;
+}
+
+INSTANTIATE_TEST_SUITE_P(SimulatedScans,
+                         InitialGuess,
+                         ::testing::Values(Case{PCL_SSFR_DATA_DIR, "apartment_1.pcd", "apartment_0.pcd", 1}),
+                         nameOf);
+
+INSTANTIATE_TEST_SUITE_P(
+    RealScans,
+    InitialGuess,
+    ::testing::Values(Case{PCL_SSFR_SHARED_DATA_DIR "/room_pair_pcl", "room_scan2.pcd", "room_scan1.pcd", 1},
+                      Case{PCL_SSFR_SHARED_DATA_DIR "/apartment_pair", "cloud_1.pcd", "cloud_0.pcd", 1},
+                      Case{PCL_SSFR_SHARED_DATA_DIR "/parking_tls", "scan01.pcd", "scan00.pcd", 1}),
+    nameOf);
+
+} // namespace
+} // namespace pcl_ssfr
