@@ -161,20 +161,16 @@ subtractMedianEnvelope(const Correlation& correlation, int half_window)
   if (half_window <= 0 || size == 0)
     return result;
   const Eigen::Index half = half_window;
-  std::vector<double> window; // sorted values of the shifts i - half .. i + half that exist
-  for (Eigen::Index i = 0; i < std::min(half, size); ++i)
-    window.push_back(correlation.values[i]);
+  const auto value = [&](Eigen::Index i) { return i >= 0 && i < size ? correlation.values[i] : 0; };
+  std::vector<double> window; // sorted values of the shifts i - half .. i + half
+  for (Eigen::Index i = -half - 1; i < half; ++i)
+    window.push_back(value(i));
   std::sort(window.begin(), window.end());
   for (Eigen::Index i = 0; i < size; ++i) {
-    if (i + half < size) {
-      const double entering = correlation.values[i + half];
-      window.insert(std::upper_bound(window.begin(), window.end(), entering), entering);
-    }
-    if (i - half > 0)
-      window.erase(std::lower_bound(window.begin(), window.end(), correlation.values[i - half - 1]));
-    const std::size_t middle = window.size() / 2;
-    const double median = window.size() % 2 == 1 ? window[middle] : (window[middle - 1] + window[middle]) / 2;
-    result.values[i] -= median;
+    window.erase(std::lower_bound(window.begin(), window.end(), value(i - half - 1)));
+    const double entering = value(i + half);
+    window.insert(std::upper_bound(window.begin(), window.end(), entering), entering);
+    result.values[i] -= window[static_cast<std::size_t>(half)];
   }
   return result;
 }

@@ -44,7 +44,9 @@ struct ShiftPeak {
 Correlation
 correlate(const AxisHistogram& source, const AxisHistogram& target, double centre = 0, double half_range = -1);
 
-/// Subtract the running median over 2 half_window + 1 shifts (implementation of 2017); windows are cut at the ends.
+/** \brief Subtract the running median over 2 half_window + 1 shifts (implementation of 2017). Shifts beyond the ends
+ * count as 0, for no bins meet there: the single peak of two thin planes stays.
+ */
 Correlation
 subtractMedianEnvelope(const Correlation& correlation, int half_window);
 

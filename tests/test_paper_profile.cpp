@@ -1,0 +1,303 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#include <pcl_ssfr/paper_profile.h>
+
+#include "pose_matchers.h"
+#include "synthetic_scene.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace pcl_ssfr {
+namespace {
+
+using testing::IsPoseNear;
+
+constexpr double kDegree = 3.14159265358979323846 / 180;
+
+ScanView
+viewOf(const Eigen::Matrix3Xf& points, const Eigen::Vector3d& viewpoint = Eigen::Vector3d::Zero())
+{
+  ScanView view;
+  view.xyz = points.data();
+  view.size = static_cast<std::size_t>(points.cols());
+  view.viewpoint = viewpoint;
+  return view;
+}
+
+/// Two scans of one furnished room, the source turned freely.
+struct RoomPair {
+  Eigen::Matrix3Xf source, target;
+  Eigen::Isometry3d T_target_source;
+};
+
+RoomPair
+makeRoomPair()
+{
+  const testing::Scene room = testing::makeFurnishedRoom(1);
+  testing::Random random(2);
+  Eigen::Isometry3d source_pose = testing::sensorPose(room.stations[1], 0);
+  source_pose.linear() = testing::randomRotation(random);
+  const Eigen::Isometry3d target_pose = testing::sensorPose(room.stations[0], 0.4);
+  // A full sphere of directions: what a turned sensor sees does not depend on how it is turned.
+  testing::SensorPattern pattern = testing::roomScanner();
+  pattern.elevation_min = -90 * kDegree;
+  pattern.elevation_max = 90 * kDegree;
+  RoomPair pair;
+  pair.source = testing::castScan(room, source_pose, pattern, 3);
+  pair.target = testing::castScan(room, target_pose, pattern, 4);
+  pair.T_target_source = testing::relativePose(target_pose, source_pose);
+  return pair;
+}
+
+Options
+paperOptions()
+{
+  Options options = makeOptions(Profile::Paper2017);
+  options.threads = 2;
+  return options;
+}
+
+Result
+run(const RoomPair& pair, const Options& options, const Eigen::Isometry3d* guess = nullptr)
+{
+  return registerPaperScans(preparePaperScan(viewOf(pair.source), options, true),
+                            preparePaperScan(viewOf(pair.target), options, true),
+                            options,
+                            guess);
+}
+
+TEST(PaperProfile, AlignsTwoScansOfARoom)
+{
+  const RoomPair pair = makeRoomPair();
+  const Result result = run(pair, paperOptions());
+  ASSERT_EQ(result.status, Status::Converged) << result.message;
+  EXPECT_THAT(result.T_target_source, IsPoseNear(pair.T_target_source, 2 * kDegree, 0.1));
+  EXPECT_GT(result.overlap, 0.5);
+  EXPECT_GT(result.confidence, 0);
+  EXPECT_LE(result.confidence, 1);
+  EXPECT_TRUE(result.unobservable.empty());
+  EXPECT_TRUE(result.source_viewpoint_used && result.target_viewpoint_used);
+  EXPECT_FALSE(result.message.empty());
+}
+
+TEST(PaperProfile, ListsDistinctCandidatesBestFirst)
+{
+  const RoomPair pair = makeRoomPair();
+  Options options = paperOptions();
+  options.max_candidates = 5;
+  const std::vector<Candidate> candidates = run(pair, options).candidates;
+  ASSERT_EQ(candidates.size(), 5U);
+  for (std::size_t i = 0; i < candidates.size(); ++i)
+    for (std::size_t j = i + 1; j < candidates.size(); ++j) {
+      EXPECT_GE(candidates[i].score, candidates[j].score);
+      // The origin of the source lies near its centre here, so that the translations can be compared.
+      const testing::PoseError apart = testing::poseError(candidates[i].T_target_source, candidates[j].T_target_source);
+      EXPECT_TRUE(apart.rotation > 4.9 * kDegree || apart.translation > 0.3);
+    }
+  options.max_candidates = 1;
+  const Result best = run(pair, options);
+  ASSERT_EQ(best.candidates.size(), 1U);
+  EXPECT_EQ(best.candidates[0].T_target_source.matrix(), candidates[0].T_target_source.matrix());
+  EXPECT_LT(best.confidence, 1); // the rival still counts although it is not listed
+}
+
+TEST(PaperProfile, ReportsEveryStage)
+{
+  const RoomPair pair = makeRoomPair();
+  const Result result = run(pair, paperOptions());
+  std::vector<std::string> names;
+  for (const StageReport& stage : result.stages) {
+    names.push_back(stage.name);
+    EXPECT_GE(stage.seconds, 0) << stage.name;
+  }
+  std::vector<std::string> expected;
+  for (const char* scan : {"source_", "target_"})
+    for (const char* stage : {"normals", "gaussian_sphere", "density", "densest_regions", "mean_shift", "lcp_thinning"})
+      expected.push_back(std::string(scan) + stage);
+  for (const char* stage : {"rotation_candidates", "translation", "lcp", "fine_pass", "selection"})
+    expected.emplace_back(stage);
+  EXPECT_EQ(names, expected);
+  EXPECT_EQ(result.stages.front().count_in, static_cast<std::uint64_t>(pair.source.cols()));
+  EXPECT_LE(result.stages[4].count_out, 6U); // main normals
+}
+
+TEST(PaperProfile, SameBitsForAnyNumberOfThreads)
+{
+  const RoomPair pair = makeRoomPair();
+  Options options = paperOptions();
+  options.threads = 1;
+  const Result one = run(pair, options);
+  for (const unsigned threads : {1U, 2U, 8U, 0U}) {
+    options.threads = threads;
+    const Result other = run(pair, options);
+    EXPECT_EQ(one.T_target_source.matrix(), other.T_target_source.matrix()) << threads;
+    EXPECT_EQ(one.overlap, other.overlap);
+    EXPECT_EQ(one.confidence, other.confidence);
+    ASSERT_EQ(one.candidates.size(), other.candidates.size());
+    for (std::size_t i = 0; i < one.candidates.size(); ++i)
+      EXPECT_EQ(one.candidates[i].T_target_source.matrix(), other.candidates[i].T_target_source.matrix());
+  }
+}
+
+TEST(PaperProfile, WorksFarFromTheOrigin)
+{
+  // UTM coordinates: the target lies 100 km away, where a float keeps 8 mm.
+  const RoomPair pair = makeRoomPair();
+  const Eigen::Vector3d far(98304, -40960, 512);
+  RoomPair moved = pair;
+  moved.target.colwise() += far.cast<float>();
+  moved.T_target_source.translation() += far;
+  const Options options = paperOptions();
+  const Result result = registerPaperScans(preparePaperScan(viewOf(moved.source), options, true),
+                                           preparePaperScan(viewOf(moved.target, far), options, true),
+                                           options);
+  ASSERT_EQ(result.status, Status::Converged) << result.message;
+  EXPECT_THAT(result.T_target_source, IsPoseNear(moved.T_target_source, 2 * kDegree, 0.15));
+}
+
+TEST(PaperProfile, FinePassSharpensTheTranslation)
+{
+  // Three exact walls and a fine sampling: the coarse shift is off by up to half a bin (7 mm), the fine one is not.
+  Eigen::Matrix3Xf points(3, 3 * 6400);
+  Eigen::Index column = 0;
+  for (Eigen::Index axis = 0; axis < 3; ++axis)
+    for (int i = 0; i < 6400; ++i, ++column) {
+      Eigen::Vector3f point(0.05F * static_cast<float>(i % 80) - 1.9F, 0.05F * static_cast<float>(i / 80) - 1.7F, 0);
+      point[2] = 2.2F + 0.11F * static_cast<float>(axis);
+      points(axis, column) = point[2];
+      points((axis + 1) % 3, column) = point[0];
+      points((axis + 2) % 3, column) = point[1];
+    }
+  RoomPair pair;
+  pair.target = points;
+  pair.T_target_source = Eigen::Isometry3d::Identity();
+  pair.T_target_source.translation() << 0.0637, -0.0512, 0.0391;
+  // The source lacks a strip of each wall: centred, the two are no longer the same numbers.
+  Eigen::Matrix3Xf part(3, 3 * 5610);
+  for (Eigen::Index axis = 0; axis < 3; ++axis)
+    part.middleCols(axis * 5610, 5610) = points.middleCols(axis * 6400 + 790, 5610);
+  pair.source = testing::transformed(pair.T_target_source.inverse(), part);
+  Options options = paperOptions();
+  options.normal_radius = 0.15;
+  options.lcp.leaf = 0.2;
+  options.translation.histogram.bin_width = 0.05;
+  options.gravity.emplace(); // rules out the turns of the corner about its diagonal
+  const Result fine = run(pair, options);
+  options.lcp.fine_factor = 0;
+  const Result coarse = run(pair, options);
+  ASSERT_EQ(fine.status, Status::Converged) << fine.message;
+  const double fine_error = testing::poseError(fine.T_target_source, pair.T_target_source).translation;
+  const double coarse_error = testing::poseError(coarse.T_target_source, pair.T_target_source).translation;
+  EXPECT_LT(fine_error, 0.003);
+  EXPECT_GT(coarse_error, 0.005);
+}
+
+TEST(PaperProfile, GuessIsOneMoreCandidate)
+{
+  const RoomPair pair = makeRoomPair();
+  const Options options = paperOptions();
+  const Result plain = run(pair, options);
+  // A wild guess changes nothing but the number of poses considered.
+  testing::Random random(9);
+  const Eigen::Isometry3d wild = testing::randomMotion(random, 3);
+  EXPECT_EQ(run(pair, options, &wild).T_target_source.matrix(), plain.T_target_source.matrix());
+  // The truth as a guess must not make it worse.
+  const Result guided = run(pair, options, &pair.T_target_source);
+  EXPECT_GE(guided.overlap, plain.overlap);
+  EXPECT_THAT(guided.T_target_source, IsPoseNear(pair.T_target_source, 2 * kDegree, 0.1));
+}
+
+TEST(PaperProfile, GravityFiltersTheRotations)
+{
+  const RoomPair pair = makeRoomPair();
+  Options options = paperOptions();
+  options.gravity.emplace();
+  options.gravity->up_target = Eigen::Vector3d::UnitZ(); // the target's sensor stands upright
+  options.gravity->up_source = pair.T_target_source.linear().transpose() * Eigen::Vector3d::UnitZ();
+  const Result upright = run(pair, options);
+  EXPECT_THAT(upright.T_target_source, IsPoseNear(pair.T_target_source, 2 * kDegree, 0.1));
+  for (const Candidate& candidate : upright.candidates) {
+    const Eigen::Vector3d up = candidate.T_target_source.linear() * options.gravity->up_source;
+    EXPECT_GT(up.z(), std::cos(options.gravity->tolerance) - 1e-9);
+  }
+  options.gravity->up_target = Eigen::Vector3d(1, 1, 0.3).normalized(); // no rotation of the room does this
+  EXPECT_EQ(run(pair, options).status, Status::NoCandidate);
+}
+
+TEST(PaperProfile, SaysWhyThereIsNoAnswer)
+{
+  const RoomPair room = makeRoomPair();
+  const Options options = paperOptions();
+  const PaperScan good = preparePaperScan(viewOf(room.target), options, true);
+
+  const PaperScan empty = preparePaperScan(ScanView(), options, true);
+  Result result = registerPaperScans(empty, good, options);
+  EXPECT_EQ(result.status, Status::TooFewPoints);
+  EXPECT_NE(result.message.find("source"), std::string::npos) << result.message;
+  result = registerPaperScans(good, empty, options);
+  EXPECT_EQ(result.status, Status::TooFewPoints);
+  EXPECT_NE(result.message.find("target"), std::string::npos) << result.message;
+  EXPECT_TRUE(result.T_target_source.isApprox(Eigen::Isometry3d::Identity()));
+
+  const Eigen::Matrix3Xf plane = testing::castScan(testing::makeSinglePlane(),
+                                                   testing::sensorPose(testing::makeSinglePlane().stations.at(0), 0),
+                                                   testing::roomScanner(),
+                                                   5);
+  const PaperScan floor = preparePaperScan(viewOf(plane), options, true);
+  EXPECT_EQ(registerPaperScans(floor, good, options).status, Status::TooFewDirections);
+  EXPECT_EQ(registerPaperScans(good, floor, options).status, Status::TooFewDirections);
+
+  const Eigen::Matrix3Xf nan = Eigen::Matrix3Xf::Constant(3, 50, std::numeric_limits<float>::quiet_NaN());
+  EXPECT_EQ(registerPaperScans(preparePaperScan(viewOf(nan), options, true), good, options).status,
+            Status::TooFewPoints);
+}
+
+TEST(PaperProfile, TimeLimitIsHonouredBetweenCandidates)
+{
+  const RoomPair pair = makeRoomPair();
+  Options options = paperOptions();
+  options.time_limit = 1e-9;
+  const Result result = run(pair, options);
+  EXPECT_EQ(result.status, Status::TimeLimit);
+  EXPECT_TRUE(result.candidates.empty());
+}
+
+TEST(PaperProfile, UnknownViewpointGivesUnsignedNormals)
+{
+  const RoomPair pair = makeRoomPair();
+  const Options options = paperOptions();
+  const PaperScan scan = preparePaperScan(viewOf(pair.source), options, false);
+  EXPECT_FALSE(scan.normals.samples.oriented);
+  const Result result = registerPaperScans(scan, preparePaperScan(viewOf(pair.target), options, false), options);
+  EXPECT_FALSE(result.source_viewpoint_used || result.target_viewpoint_used);
+  EXPECT_EQ(result.status, Status::Converged);
+}
+
+TEST(PaperProfile, ConstantsOf2019WorkToo)
+{
+  const RoomPair pair = makeRoomPair();
+  Options options = makePaper2019Options();
+  options.threads = 2;
+  options.normal_radius = 0.15;
+  const Result result = run(pair, options);
+  ASSERT_EQ(result.status, Status::Converged) << result.message;
+  EXPECT_THAT(result.T_target_source, IsPoseNear(pair.T_target_source, 2 * kDegree, 0.1));
+}
+
+TEST(PaperProfile, RefusesBadOptions)
+{
+  Options options = paperOptions();
+  options.normal_radius = -1;
+  EXPECT_THROW(preparePaperScan(ScanView(), options, true), std::invalid_argument);
+  EXPECT_THROW(registerPaperScans(PaperScan(), PaperScan(), options), std::invalid_argument);
+}
+
+} // namespace
+} // namespace pcl_ssfr
