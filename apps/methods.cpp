@@ -36,8 +36,7 @@ constexpr double kCorrespondenceDistance = 1;   ///< [m]
 constexpr double kTransformationEpsilon = 1e-8; ///< squared translation [m^2]
 constexpr float kNdtResolution = 1;             ///< [m]
 constexpr double kNdtStep = 0.1;                ///< [m]
-constexpr double kNdtEpsilon = 0.01;
-constexpr double kOverlapRadius = 0.2; ///< of the overlap that is reported for methods that measure none [m]
+constexpr double kOverlapRadius = 0.2;          ///< of the overlap that is reported for methods that measure none [m]
 
 double
 secondsSince(std::chrono::steady_clock::time_point start)
@@ -181,7 +180,7 @@ makeRefiner(const std::string& name, const Options& options)
     auto ndt = pcl::make_shared<pcl::NormalDistributionsTransform<Point, Point>>();
     ndt->setResolution(kNdtResolution);
     ndt->setStepSize(kNdtStep);
-    ndt->setTransformationEpsilon(kNdtEpsilon);
+    ndt->setTransformationEpsilon(kTransformationEpsilon);
     ndt->setMaximumIterations(kMaxIterations);
     return ndt;
   }

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
+#include <cstring>
 #include <filesystem>
 #include <memory>
 #include <unordered_set>
@@ -23,8 +24,7 @@ namespace {
 // Layout [pixels].
 constexpr int kWidth = 1400;
 constexpr int kMaxTopHeight = 900;
-constexpr int kMaxSideHeight = 420;
-constexpr int kMinSideHeight = 60;
+constexpr int kMaxSideHeight = 500;
 constexpr int kMargin = 28;
 constexpr int kHeader = 84;
 constexpr int kCaption = 30;
@@ -145,22 +145,6 @@ sumOfSquares(const std::vector<double>& values)
   return sum;
 }
 
-/** \brief The axis of the target that is probably vertical: z unless the scene is much flatter along x or y, as scans
- * of sensors that lie on their side are.
- */
-Eigen::Vector3d
-guessUp(const Points& thinned)
-{
-  constexpr double kMuchFlatter = 0.5;
-  std::array<double, 3> extents{};
-  for (Eigen::Index k = 0; k < 3; ++k)
-    extents[static_cast<std::size_t>(k)] = trimmedRange(coordinates(thinned, k)).size();
-  const auto flattest = static_cast<Eigen::Index>(std::min_element(extents.begin(), extents.end()) - extents.begin());
-  if (flattest != 2 && extents[static_cast<std::size_t>(flattest)] < kMuchFlatter * extents[2])
-    return Eigen::Vector3d::Unit(flattest);
-  return Eigen::Vector3d::UnitZ();
-}
-
 /// A rotation about the vertical that lays the walls along the edges of the picture and the longer side across it.
 Eigen::Matrix3d
 straighten(const Points& thinned)
@@ -234,6 +218,7 @@ struct View {
   Range horizontal;
   Range vertical;
   std::optional<Range> heights; ///< only points with z within are shown
+  std::string remark;           ///< what the caption says about it
   int left = 0;                 ///< pixel of the upper left corner
   int top = 0;
   double scale = 1; ///< pixels a metre
@@ -255,7 +240,8 @@ std::vector<float>
 coverage(const Layer& layer, const View& view)
 {
   constexpr double kFullShade = 0.9; // quantile of the hit pixels that is drawn darkest
-  constexpr float kLeastShade = 0.22F;
+  constexpr float kLeastShade = 0.3F;
+  constexpr double kDotRadius = 1.6; // [pixels]
   const int width = view.width();
   const int height = view.height();
   std::vector<float> counts(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), 0);
@@ -269,15 +255,15 @@ coverage(const Layer& layer, const View& view)
     const double y = (view.vertical.high - point[view.up]) * view.scale - 0.5;
     if (!(x > 0 && x < width - 1 && y > 0 && y < height - 1))
       continue;
-    // Shared among four pixels, so that walls are smooth.
-    const int column = static_cast<int>(x);
-    const int row = static_cast<int>(y);
-    const auto fx = static_cast<float>(x - column);
-    const auto fy = static_cast<float>(y - row);
-    at(column, row) += (1 - fx) * (1 - fy);
-    at(column + 1, row) += fx * (1 - fy);
-    at(column, row + 1) += (1 - fx) * fy;
-    at(column + 1, row + 1) += fx * fy;
+    // A soft dot of three pixels: the nearest gets most, so that sparse walls stay lines and dense ones stay sharp.
+    const int column = static_cast<int>(std::lround(x));
+    const int row = static_cast<int>(std::lround(y));
+    for (int dy = -1; dy <= 1; ++dy)
+      for (int dx = -1; dx <= 1; ++dx) {
+        const double away = std::hypot(column + dx - x, row + dy - y);
+        if (away < kDotRadius && column + dx >= 0 && column + dx < width && row + dy >= 0 && row + dy < height)
+          at(column + dx, row + dy) += static_cast<float>(1 - away / kDotRadius);
+      }
   }
   std::vector<float> hit;
   for (const float count : counts)
@@ -291,7 +277,7 @@ coverage(const Layer& layer, const View& view)
   for (float& count : counts)
     if (count > 0) {
       const float shade = std::min(1.0F, std::log1p(count) / full);
-      count = std::min(1.0F, count * 4) * (kLeastShade + (1 - kLeastShade) * shade);
+      count = std::min(1.0F, count * 3) * (kLeastShade + (1 - kLeastShade) * shade);
     }
   return counts;
 }
@@ -416,13 +402,20 @@ drawScaleBar(cairo_t* context, double left, double baseline, double scale)
 }
 
 double
-drawLegendEntry(cairo_t* context, double left, double baseline, const Layer& layer)
+drawLegendEntry(cairo_t* context, double left, double baseline, const Colour& colour, const std::string& label)
 {
   cairo_rectangle(context, left, baseline - 13, 16, 16);
-  setColour(context, layer.colour);
+  setColour(context, colour);
   cairo_fill(context);
-  drawText(context, left + 24, baseline, layer.label, 16);
-  return left + 24 + textWidth(context, layer.label) + 32;
+  drawText(context, left + 24, baseline, label, 16);
+  return left + 24 + textWidth(context, label) + 32;
+}
+
+/// The colour of two inks on each other.
+Colour
+mixed(const Colour& a, const Colour& b)
+{
+  return {a.red * b.red, a.green * b.green, a.blue * b.blue};
 }
 
 void
@@ -450,15 +443,14 @@ drawPicture(const std::string& path,
     for (const Layer* layer : layers)
       drawSensor(context.get(), *view, *layer);
   }
-  drawText(context.get(), top.left, top.top - 9, "From above, ceiling and floor cut away", 15);
-  if (!top.heights)
-    cairo_surface_flush(surface.get());
+  drawText(context.get(), top.left, top.top - 9, "From above" + top.remark, 15);
   drawText(context.get(), side.left, side.top - 9, "From the side", 15);
 
   const double baseline = height - 24;
   double left = kMargin;
   for (const Layer* layer : layers)
-    left = drawLegendEntry(context.get(), left, baseline, *layer);
+    left = drawLegendEntry(context.get(), left, baseline, layer->colour, layer->label);
+  left = drawLegendEntry(context.get(), left, baseline, mixed(kTargetColour, kSourceColour), "both; dots: sensors");
   drawScaleBar(context.get(), std::max<double>(left, kWidth - 420), baseline, top.scale);
   const cairo_status_t status = cairo_surface_write_to_png(surface.get(), path.c_str());
   if (status != CAIRO_STATUS_SUCCESS)
@@ -494,10 +486,13 @@ widened(const Range& range)
   return {range.low - grow, range.high + grow};
 }
 
+/// The name of a file without its folders, cut where it would not fit the legend.
 std::string
 fileName(const std::string& path)
 {
-  return std::filesystem::path(path).filename().string();
+  constexpr std::size_t kLongest = 28;
+  const std::string name = std::filesystem::path(path).filename().string();
+  return name.size() <= kLongest ? name : name.substr(0, kLongest - 3) + "...";
 }
 
 std::string
@@ -543,8 +538,7 @@ drawPair(const std::string& folder,
     throw io::IoError(folder + ": cannot be created: " + error.message());
 
   // The picture's frame: the target's, turned until up is up and the walls are straight, about the target's offset.
-  const Layer as_is = makeLayer(target, Eigen::Isometry3d::Identity(), kTargetColour, "");
-  const Eigen::Vector3d up = options.gravity ? options.gravity->up_target : guessUp(as_is.thinned);
+  const Eigen::Vector3d up = options.gravity ? options.gravity->up_target : Eigen::Vector3d::UnitZ();
   Eigen::Isometry3d T_picture_target(Eigen::Quaterniond::FromTwoVectors(up, Eigen::Vector3d::UnitZ()));
   const Layer upright = makeLayer(target, T_picture_target, kTargetColour, "");
   T_picture_target = straighten(upright.thinned) * T_picture_target;
@@ -571,8 +565,16 @@ drawPair(const std::string& folder,
   View top;
   top.horizontal = shown[0];
   top.vertical = shown[1];
-  top.heights = topViewHeights(still.thinned, trimmedRange(coordinates(still.thinned, 2)));
-  top.scale = std::min((kWidth - 2 * kMargin) / shown[0].size(), kMaxTopHeight / shown[1].size());
+  const Range heights = trimmedRange(coordinates(still.thinned, 2));
+  top.heights = topViewHeights(still.thinned, heights);
+  const bool no_floor = top.heights->low > heights.low;
+  const bool no_ceiling = top.heights->high < heights.high;
+  top.remark = no_floor && no_ceiling ? ", floor and ceiling cut away"
+               : no_floor             ? ", floor cut away"
+               : no_ceiling           ? ", ceiling cut away"
+                                      : "";
+  top.scale = std::min(
+      {(kWidth - 2 * kMargin) / shown[0].size(), kMaxTopHeight / shown[1].size(), kMaxSideHeight / shown[2].size()});
   View side;
   side.horizontal = shown[0];
   side.vertical = shown[2];

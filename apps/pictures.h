@@ -13,9 +13,12 @@ namespace apps {
 /** \brief Draw before.png and after.png: both scans in the frame of the target, from above and from the side, to scale.
  *
  * Before, the source lies as its file says; after, as the result says (the best pose considered when none was accepted,
- * and the picture says so). Up is the gravity of the options when it is given, else the axis of the target that the
- * scene suggests. What is far off and the ceiling are cut away. \param[in] folder created when it does not exist \throw
- * io::IoError
+ * and the picture says so). Up is the gravity of the options when it is given, else the z axis of the target; the view
+ * is turned about it until the walls are straight. What is far off, the floor and the ceiling are cut away.
+ *
+ * \param[in] folder created when it does not exist
+ *
+ * \throw io::IoError
  */
 void
 drawPair(const std::string& folder,

@@ -1,0 +1,374 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+// ssfr_align as its users run it: exit codes, messages, files. PCL_SSFR_ALIGN is the path of the program.
+
+#include <apps/align_options.h>
+#include <apps/io/file_bytes.h>
+#include <apps/io/transform_file.h>
+#include <apps/methods.h>
+#include <io_testing.h>
+
+#include <gmock/gmock.h>
+#include <nlohmann/json.hpp>
+#include <sys/wait.h>
+
+#include <cmath>
+
+namespace pcl_ssfr {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+using testing::TemporaryFolder;
+
+// ---------------------------------------------------------------------------------------------------------------------
+// The command line as such
+
+apps::AlignArguments
+parse(std::vector<std::string> arguments)
+{
+  return apps::parseAlignArguments(arguments);
+}
+
+std::string
+usageError(std::vector<std::string> arguments)
+{
+  try {
+    parse(std::move(arguments));
+  }
+  catch (const apps::UsageError& error) {
+    return error.what();
+  }
+  return {};
+}
+
+TEST(AlignOptions, defaultsAreThoseOfTheLibrary)
+{
+  const auto arguments = parse({"s.pcd", "t.pcd"});
+  const Options defaults = makeOptions(Profile::Default);
+  EXPECT_EQ(arguments.source, "s.pcd");
+  EXPECT_EQ(arguments.target, "t.pcd");
+  EXPECT_EQ(arguments.method, "ssfr");
+  EXPECT_EQ(arguments.options.normal_radius, defaults.normal_radius);
+  EXPECT_EQ(arguments.options.refine, defaults.refine);
+  EXPECT_EQ(arguments.options.min_confidence, defaults.min_confidence);
+  EXPECT_EQ(arguments.options.viewpoint_mode, ViewpointMode::Auto);
+  EXPECT_FALSE(arguments.options.gravity);
+  EXPECT_TRUE(arguments.output.empty() && arguments.json.empty() && arguments.pictures.empty());
+}
+
+TEST(AlignOptions, everythingCanBeSet)
+{
+  const auto arguments = parse({"--output",
+                                "o.PLY",
+                                "s.las",
+                                "--transform=T.txt",
+                                "t.csv",
+                                "--json",
+                                "-",
+                                "--normal-radius",
+                                "0.2",
+                                "--density-radius",
+                                "0.05",
+                                "--bin-width",
+                                "0.03",
+                                "--leaf",
+                                "0.1",
+                                "--guess",
+                                "g.txt",
+                                "--viewpoint",
+                                "unknown",
+                                "--gravity=0,-2,0",
+                                "--no-refine",
+                                "--threads",
+                                "3",
+                                "--pictures",
+                                "dir",
+                                "--time-limit",
+                                "9"});
+  EXPECT_EQ(arguments.source, "s.las");
+  EXPECT_EQ(arguments.target, "t.csv");
+  EXPECT_EQ(arguments.output, "o.PLY");
+  EXPECT_EQ(arguments.json, "-");
+  EXPECT_EQ(arguments.guess_file, "g.txt");
+  EXPECT_EQ(arguments.options.normal_radius, 0.2);
+  EXPECT_EQ(arguments.options.density_radius, 0.05);
+  EXPECT_EQ(arguments.options.bin_width, 0.03);
+  EXPECT_EQ(arguments.options.leaf, 0.1);
+  EXPECT_EQ(arguments.options.viewpoint_mode, ViewpointMode::Unknown);
+  EXPECT_EQ(arguments.options.threads, 3U);
+  EXPECT_EQ(arguments.options.time_limit, 9);
+  EXPECT_FALSE(arguments.options.refine);
+  ASSERT_TRUE(arguments.options.gravity);
+  EXPECT_EQ(arguments.options.gravity->up_source, -Eigen::Vector3d::UnitY());
+}
+
+TEST(AlignOptions, methodAndProfileAgree)
+{
+  for (const std::vector<std::string>& extra :
+       {std::vector<std::string>{"--profile", "paper2017"}, {"--method", "ssfr_paper2017"}}) {
+    std::vector<std::string> tokens{"s.pcd", "t.pcd"};
+    tokens.insert(tokens.end(), extra.begin(), extra.end());
+    const auto arguments = parse(tokens);
+    EXPECT_EQ(arguments.method, "ssfr_paper2017");
+    EXPECT_EQ(arguments.options.profile, Profile::Paper2017);
+  }
+  EXPECT_THAT(usageError({"s.pcd", "t.pcd", "--profile", "default", "--method", "ssfr_paper2017"}),
+              HasSubstr("contradicts"));
+}
+
+TEST(AlignOptions, errorsNameWhatIsWrong)
+{
+  EXPECT_EQ(usageError({}), "SOURCE and TARGET are missing");
+  EXPECT_EQ(usageError({"s.pcd"}), "TARGET is missing");
+  EXPECT_THAT(usageError({"s.pcd", "t.pcd", "u.pcd"}), HasSubstr("'u.pcd'"));
+  EXPECT_THAT(usageError({"s.pcd", "t.pcd", "--wrong"}), HasSubstr("--wrong"));
+  EXPECT_THAT(usageError({"s.pcd", "t.pcd", "--no-ref"}), HasSubstr("--no-ref")); // no abbreviations
+  EXPECT_THAT(usageError({"s.pcd", "t.pcd", "--leaf", "wide"}), AllOf(HasSubstr("leaf"), HasSubstr("wide")));
+  EXPECT_THAT(usageError({"s.pcd", "t.pcd", "--leaf"}), HasSubstr("leaf"));
+  EXPECT_THAT(usageError({"s.pcd", "t.pcd", "--leaf=-1"}), AllOf(HasSubstr("leaf"), HasSubstr("-1")));
+  EXPECT_THAT(usageError({"s.pcd", "t.pcd", "--normal-radius", "nan"}), HasSubstr("normal"));
+  EXPECT_THAT(usageError({"s.pcd", "t.pcd", "--threads=-2"}), HasSubstr("--threads: '-2'"));
+  EXPECT_THAT(usageError({"s.pcd", "t.pcd", "--method", "magic"}), AllOf(HasSubstr("'magic'"), HasSubstr("gicp")));
+  EXPECT_THAT(usageError({"s.pcd", "t.pcd", "--profile", "best"}), HasSubstr("--profile: 'best'"));
+  EXPECT_THAT(usageError({"s.pcd", "t.pcd", "--viewpoint", "here"}), HasSubstr("--viewpoint: 'here'"));
+  EXPECT_THAT(usageError({"s.pcd", "t.pcd", "--gravity", "0,0"}), HasSubstr("--gravity: '0,0'"));
+  EXPECT_THAT(usageError({"s.pcd", "t.pcd", "--gravity", "0,0,up"}), HasSubstr("'up'"));
+  EXPECT_THAT(usageError({"s.pcd", "t.pcd", "--gravity", "0,0,0"}), HasSubstr("not a direction"));
+  EXPECT_THAT(usageError({"s.pcd", "t.pcd", "--output", "moved.las"}), HasSubstr("moved.las"));
+  EXPECT_THAT(usageError({"s.pcd", "t.pcd", "--output="}), HasSubstr("--output"));
+  EXPECT_THAT(usageError({"s.pcd", "t.pcd", "--refine", "--no-refine"}), HasSubstr("--refine"));
+  EXPECT_THAT(usageError({"s.pcd", "t.pcd", "--leaf", "1", "--leaf", "2"}), HasSubstr("leaf"));
+}
+
+TEST(AlignOptions, helpNamesEveryOptionAndMethod)
+{
+  const std::string help = apps::alignHelp();
+  for (const char* option : {"--output",
+                             "--transform",
+                             "--json",
+                             "--method",
+                             "--profile",
+                             "--normal-radius",
+                             "--density-radius",
+                             "--bin-width",
+                             "--leaf",
+                             "--guess",
+                             "--viewpoint",
+                             "--gravity",
+                             "--refine",
+                             "--no-refine",
+                             "--threads",
+                             "--pictures",
+                             "--help",
+                             "--version"})
+    EXPECT_THAT(help, HasSubstr(option));
+  for (const apps::Method& method : apps::methods())
+    EXPECT_THAT(help, HasSubstr(method.name));
+  EXPECT_THAT(help, HasSubstr("Exit code"));
+}
+
+// ---------------------------------------------------------------------------------------------------------------------
+// The program
+
+struct Outcome {
+  int code = -1;
+  std::string output;
+  std::string errors;
+};
+
+class Program : public ::testing::Test {
+protected:
+  Outcome
+  run(const std::string& arguments) const
+  {
+    const std::string command = std::string("'") + PCL_SSFR_ALIGN + "' " + arguments + " >'" + folder.file("out") +
+                                "' 2>'" + folder.file("err") + "'";
+    const int status = std::system(command.c_str());
+    EXPECT_TRUE(WIFEXITED(status)) << command;
+    return {WEXITSTATUS(status), io::readFile(folder.file("out")), io::readFile(folder.file("err"))};
+  }
+
+  /// An L-shaped room of 8 by 6 m with a pillar and boxes, seen by nobody in particular: dense points on its surfaces.
+  static std::string
+  room(const Eigen::Isometry3d& T)
+  {
+    std::string text;
+    const auto add = [&](double x, double y, double z) {
+      // Millimetres of noise that is the same every time, and not the same for neighbours.
+      const double noise = 0.002 * std::sin(1234.5 * x + 987.6 * y + 555.5 * z);
+      const Eigen::Vector3d p = T * Eigen::Vector3d(x + noise, y - noise, z + noise);
+      text += std::to_string(p.x()) + " " + std::to_string(p.y()) + " " + std::to_string(p.z()) + "\n";
+    };
+    constexpr double kStep = 0.06;
+    const auto box = [&](Eigen::Vector3d low, Eigen::Vector3d high) {
+      for (double u = low.x(); u <= high.x(); u += kStep)
+        for (double v = low.y(); v <= high.y(); v += kStep)
+          add(u, v, low.z()), add(u, v, high.z());
+      for (double u = low.x(); u <= high.x(); u += kStep)
+        for (double w = low.z(); w <= high.z(); w += kStep)
+          add(u, low.y(), w), add(u, high.y(), w);
+      for (double v = low.y(); v <= high.y(); v += kStep)
+        for (double w = low.z(); w <= high.z(); w += kStep)
+          add(low.x(), v, w), add(high.x(), v, w);
+    };
+    box({-3, -2, -1.2}, {5, 4, 1.5});
+    box({1, 1, -1.2}, {2.1, 1.7, 0.3});
+    box({-2.8, 2.9, -1.2}, {-1.5, 3.9, 1});
+    box({3.5, -1.9, -1.2}, {4.9, -1.1, -0.2});
+    return text;
+  }
+
+  TemporaryFolder folder;
+};
+
+TEST_F(Program, helpAndVersion)
+{
+  const Outcome help = run("--help");
+  EXPECT_EQ(help.code, 0);
+  EXPECT_THAT(help.output, StartsWith("Usage: ssfr_align SOURCE TARGET"));
+  EXPECT_EQ(help.errors, "");
+  const Outcome version = run("--version");
+  EXPECT_EQ(version.code, 0);
+  EXPECT_THAT(version.output, StartsWith("ssfr_align "));
+}
+
+TEST_F(Program, everyErrorIsOneLineThatNamesTheThing)
+{
+  io::writeFile(folder.file("good.xyz"), "1 2 3\n");
+  io::writeFile(folder.file("bad.xyz"), "1 2 3\n4 five 6\n");
+  io::writeFile(folder.file("huge.pcd"),
+                "FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nWIDTH 4000000000\nHEIGHT 1\nDATA binary\n");
+  struct Case {
+    std::string arguments;
+    int code;
+    std::string named;
+  };
+  const std::string good = folder.file("good.xyz");
+  const Case cases[] = {{"", 2, "SOURCE"},
+                        {good, 2, "TARGET"},
+                        {good + " " + good + " --frobnicate", 2, "--frobnicate"},
+                        {good + " " + good + " --leaf=-3", 2, "leaf"},
+                        {good + " " + good + " --method nothing", 2, "nothing"},
+                        {good + " " + folder.file("none.pcd"), 3, "none.pcd"},
+                        {folder.file("bad.xyz") + " " + good, 3, "bad.xyz:2: column 2: 'five'"},
+                        {folder.file("huge.pcd") + " " + good, 3, "huge.pcd:6: POINTS 4000000000"},
+                        {folder.file("") + " " + good, 3, "unknown format"},
+                        {good + " " + good + " --guess " + folder.file("guess.txt"), 3, "guess.txt"}};
+  for (const Case& c : cases) {
+    const Outcome result = run(c.arguments);
+    EXPECT_EQ(result.code, c.code) << c.arguments;
+    EXPECT_EQ(result.output, "") << c.arguments;
+    EXPECT_THAT(result.errors, AllOf(StartsWith("ssfr_align: "), HasSubstr(c.named))) << c.arguments;
+    EXPECT_EQ(std::count(result.errors.begin(), result.errors.end(), '\n'), 1) << result.errors;
+  }
+}
+
+TEST_F(Program, tooFewPointsIsNotAligned)
+{
+  io::writeFile(folder.file("few.xyz"), "1 2 3\n4 5 6\n");
+  const std::string pair = folder.file("few.xyz") + " " + folder.file("few.xyz");
+  for (const char* method :
+       {"ssfr", "ssfr_paper2017", "ssfr_icp", "icp_point_to_point", "icp_point_to_plane", "gicp", "ndt"}) {
+    SCOPED_TRACE(method);
+    const Outcome result = run(pair + " --json - --method " + method + " --output " + folder.file("moved.pcd"));
+    EXPECT_EQ(result.code, 1) << result.errors;
+    const auto json = nlohmann::json::parse(result.output);
+    EXPECT_EQ(json["status"], "too_few_points");
+    EXPECT_EQ(json["converged"], false);
+    EXPECT_EQ(json["method"], method);
+    EXPECT_FALSE(json["message"].get<std::string>().empty());
+    EXPECT_THAT(result.errors, HasSubstr("Not aligned"));
+    EXPECT_FALSE(std::filesystem::exists(folder.file("moved.pcd")));
+  }
+  EXPECT_THAT(run(pair).output, HasSubstr("Not aligned, too_few_points"));
+}
+
+TEST_F(Program, alignsARoomWithOffsetsAndWritesEverything)
+{
+  // The target lies in a map frame, the source was turned: only double arithmetic keeps the millimetres.
+  const Eigen::Isometry3d T_target_room(Eigen::Translation3d(691234.5, 5312345.25, 412.125));
+  const Eigen::Isometry3d T_source_room =
+      Eigen::Translation3d(2, -1, 0.5) * Eigen::AngleAxisd(0.6, Eigen::Vector3d(0.1, 0.2, 1).normalized());
+  const Eigen::Isometry3d truth = T_target_room * T_source_room.inverse();
+  io::writeFile(folder.file("source.xyz"), room(T_source_room));
+  io::writeFile(folder.file("target.xyz"), room(T_target_room));
+  const Outcome result = run(folder.file("source.xyz") + " " + folder.file("target.xyz") + " --json - --transform " +
+                         folder.file("T.txt") + " --output " + folder.file("moved.pcd") + " --pictures " +
+                         folder.file("pictures") + " --viewpoint unknown");
+  ASSERT_EQ(result.code, 0) << result.errors << result.output;
+  EXPECT_EQ(result.errors, "");
+
+  const auto json = nlohmann::json::parse(result.output);
+  for (const char* key : {"method",
+                          "status",
+                          "converged",
+                          "message",
+                          "T_target_source",
+                          "overlap",
+                          "confidence",
+                          "time_s",
+                          "peak_rss_mib",
+                          "candidates",
+                          "stages",
+                          "version"})
+    EXPECT_TRUE(json.contains(key)) << key;
+  EXPECT_EQ(json["status"], "converged");
+  EXPECT_GT(json["time_s"], 0);
+  EXPECT_GT(json["peak_rss_mib"], 1);
+  ASSERT_FALSE(json["candidates"].empty());
+  for (const char* key : {"T_target_source", "score", "overlap"})
+    EXPECT_TRUE(json["candidates"][0].contains(key)) << key;
+  ASSERT_FALSE(json["stages"].empty());
+  for (const char* key : {"name", "seconds", "in", "out"})
+    EXPECT_TRUE(json["stages"][0].contains(key)) << key;
+
+  const Eigen::Isometry3d T = io::readTransform(folder.file("T.txt"));
+  for (int row = 0; row < 4; ++row)
+    for (int column = 0; column < 4; ++column)
+      EXPECT_EQ(json["T_target_source"][row][column].get<double>(), T.matrix()(row, column));
+  // Compared at the middle of the room: far from the origin a microradian of rotation would be metres of translation.
+  const Eigen::Vector3d middle = T_source_room * Eigen::Vector3d(1, 1, 0);
+  EXPECT_LT((T * middle - truth * middle).norm(), 0.02);
+  EXPECT_LT(Eigen::AngleAxisd(T.linear().transpose() * truth.linear()).angle(), 0.005);
+
+  const auto source = io::loadCloud(folder.file("source.xyz"));
+  const auto moved = io::loadCloud(folder.file("moved.pcd"));
+  ASSERT_EQ(moved.points->size(), source.points->size());
+  const Eigen::Vector3d first = (*moved.points)[0].getVector3fMap().cast<double>() + moved.offset;
+  EXPECT_LT((first - T * (*source.points)[0].getVector3fMap().cast<double>()).norm(), 1e-3);
+  for (const char* name : {"pictures/before.png", "pictures/after.png"}) {
+    const std::string png = io::readFile(folder.file(name));
+    EXPECT_EQ(png.substr(1, 3), "PNG");
+    EXPECT_GT(png.size(), 10000U);
+  }
+}
+
+TEST_F(Program, refinersStartFromTheGuess)
+{
+  const Eigen::Isometry3d T_source_room =
+      Eigen::Translation3d(2, -1, 0.5) * Eigen::AngleAxisd(0.6, Eigen::Vector3d::UnitZ());
+  const Eigen::Isometry3d truth = T_source_room.inverse();
+  const Eigen::Isometry3d guess = truth * Eigen::Translation3d(0.05, -0.04, 0.03);
+  io::writeFile(folder.file("source.xyz"), room(T_source_room));
+  io::writeFile(folder.file("target.xyz"), room(Eigen::Isometry3d::Identity()));
+  io::writeTransform(folder.file("guess.txt"), guess);
+  for (const char* method : {"icp_point_to_point", "icp_point_to_plane", "gicp", "ndt"}) {
+    SCOPED_TRACE(method);
+    const Outcome result = run(folder.file("source.xyz") + " " + folder.file("target.xyz") + " --leaf 0.1 --method " +
+                           method + " --guess " + folder.file("guess.txt") + " --json " + folder.file("report.json") +
+                           " --transform " + folder.file("T.txt"));
+    ASSERT_EQ(result.code, 0) << result.errors;
+    EXPECT_EQ(result.output, "");
+    const Eigen::Isometry3d T = io::readTransform(folder.file("T.txt"));
+    EXPECT_LT((T.translation() - truth.translation()).norm(), 0.03);
+    const auto json = nlohmann::json::parse(io::readFile(folder.file("report.json")));
+    EXPECT_TRUE(json["confidence"].is_null()); // PCL's refiners know none
+    EXPECT_GT(json["overlap"], 0.9);
+  }
+}
+
+} // namespace
+} // namespace pcl_ssfr
