@@ -33,7 +33,8 @@ using Cloud = pcl::PointCloud<pcl::PointXYZ>;
 
 constexpr double kMaxRotationError = 2;      // [deg] success ...
 constexpr double kMaxTranslationError = 0.3; // ... and [m]
-constexpr double kDegrees = 180 / 3.14159265358979323846;
+constexpr double kTwoPi = 6.283185307179586;
+constexpr double kDegrees = 360 / kTwoPi;
 
 struct Pair {
   std::string source, target;
@@ -129,7 +130,7 @@ Eigen::Isometry3d
 randomRotation(std::mt19937_64& rng)
 {
   const auto uniform = [&rng] { return static_cast<double>(rng() >> 11) * 0x1.0p-53; };
-  const double u = uniform(), v = 2 * EIGEN_PI * uniform(), w = 2 * EIGEN_PI * uniform();
+  const double u = uniform(), v = kTwoPi * uniform(), w = kTwoPi * uniform();
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   T.linear() = Eigen::Quaterniond(std::sqrt(1 - u) * std::sin(v),
                                   std::sqrt(1 - u) * std::cos(v),
@@ -312,7 +313,7 @@ run(const std::vector<std::string>& folders, Settings settings)
       if (std::getenv("DUMP")) {
         const auto& cs = o.result.candidates;
         for (std::size_t k = 0; k < cs.size(); ++k)
-          std::printf("CAND %s %zu %zu %d %.5f %.5f %.5f %.5f %.5f\n", set.c_str(), i, k, o.right_candidates[k] ? 1 : 0, cs[k].score, cs[k].overlap, cs[k].contradiction, cs[k].unmatched, cs[k].weakest);
+          std::printf("CAND %s %zu %zu %d %.5f %.5f %.5f %.5f %.5f %.5f %.5f\n", set.c_str(), i, k, o.right_candidates[k] ? 1 : 0, cs[k].score, cs[k].overlap, cs[k].contradiction, cs[k].evidence.unmatched, cs[k].evidence.weakest_direction, cs[k].evidence.tightness, cs[k].evidence.third_direction);
       }
       if (settings.verbose || std::getenv("SHOW_FAILED")) {
         const auto& c = o.result.candidates;

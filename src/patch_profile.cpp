@@ -1,93 +1,652 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
+#include <pcl_ssfr/confidence.h>
+#include <pcl_ssfr/observability.h>
 #include <pcl_ssfr/patch_profile.h>
-#include <pcl_ssfr/refinement.h>
 #include <pcl_ssfr/thinning.h>
 
-#include <algorithm>
-#include <cmath>
-#include <cstdlib>
-
 #include "stage_clock.h"
+
+#include <Eigen/Eigenvalues>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstdio>
+#include <string>
+#include <thread>
 
 namespace pcl_ssfr {
 
 namespace {
 
-double P(const char* name, double def) { const char* v = getenv(name); return v ? atof(v) : def; }
+// Lengths at scale 1 [m]; the scale of the scene multiplies them.
+constexpr double kLeaf = 0.025;          // finest patches have an edge of 8, the coarsest of 64 leaves
+constexpr double kThickness = 0.03;      // of a patch, at least
+constexpr double kVoxel = 0.5;           // of the index of patches
+constexpr double kFineVoxel = 0.25;      // of the index of small planes for the polish
+constexpr double kBinWidth = 0.1;        // of the histograms along an axis
+constexpr double kSearchStep = 0.25;     // of the shift along the third axis
+constexpr double kDistinctDistance = 0.3; // poses nearer than this (and the angle below) are one
+constexpr double kCoarseReach = 0.5;     // plane distance at the start of the coarse refinement ...
+constexpr double kCoarseFinal = 0.15;    // ... and at its end
+constexpr double kFineReach = 0.2;       // of the fine refinement
+constexpr double kFineFinal = 0.05;
+constexpr double kPolishReach = 0.3;     // of the polish
+constexpr double kPolishFinal = 0.1;
+constexpr double kLooseMatch = 0.2;      // plane distance of a match after the coarse refinement ...
+constexpr double kMatch = 0.1;           // ... after the fine one ...
+constexpr double kTightMatch = 0.03;     // ... and when it meets within the noise
+constexpr double kLateral = 0.3;         // beyond the edge of a patch
+constexpr double kFreeMargin = 0.3;      // of the free space
+constexpr double kNoiseFloor = 0.001;    // least standard deviation of plane distances
 
-constexpr double kLeaf = 0.025;
-constexpr double kThickness = 0.03;
-constexpr double kRangeCell = 0.01745;
+// Angles [rad].
+constexpr double kCell = 0.01745;          // of the range image
+constexpr double kDensityRadius = 0.1;     // r_d, chord
+constexpr double kSilence = 0.26;          // chord
+constexpr double kMergeModes = 0.2;        // chord
+constexpr double kPairAngle = 0.07;        // inner angles of pairs agree within this; rotations closer are one
+constexpr double kRefitAngle = 0.12;
+constexpr double kLooseNormals = 0.5;      // normals of a match: in the search ...
+constexpr double kNormals = 0.35;          // ... after the fine refinement ...
+constexpr double kTightNormals = 0.2;      // ... and when they agree within the noise
+constexpr double kDistinctAngle = 0.05;
+
+constexpr int kMaxMainNormals = 14;
+constexpr double kMinRelativeDensity = 0.02;
+constexpr std::size_t kMinPoints = 50;
+constexpr int kPolishPointsAPatch = 4;
+constexpr int kPolishSplit = 100;          // patches of more thinned points are split for the polish
+constexpr int kPolishMinPoints = 8;
+constexpr double kContradictionWeight = 8; // of the score: contradictions are rare and precious (METHOD point 14b)
+constexpr double kNoiseQuantile = 0.25;    // of the thickness of patches: an estimate of the noise that clutter spares
+constexpr double kThicknessOverNoise = 2.5;
+constexpr double kTypicalRadius[] = {1.5, 120}; // scenes of radii between these [m] have scale 1
+
+/// How hard the search tries; the second effort is made only when the first finds nothing acceptable.
+struct Effort {
+  std::size_t rotations;
+  std::size_t poses; ///< refined
+  std::size_t distinct; ///< refined finely
+  int peaks_first, peaks_second;
+};
+constexpr Effort kEfforts[] = {{24, 80, 12, 5, 8}, {60, 240, 16, 8, 16}};
 
 unsigned
 workers(const Options& options)
 {
-  return std::max(1u, options.threads);
+  return options.threads > 0 ? options.threads : std::max(1u, std::thread::hardware_concurrency());
 }
 
 double
 sceneScale(const ScanExtent& extent)
 {
-  constexpr double kSmall = 1.5, kLarge = 120;
   if (!(extent.radius > 0))
     return 1;
-  return extent.radius < kSmall ? extent.radius / kSmall : extent.radius > kLarge ? extent.radius / kLarge : 1;
+  return extent.radius / std::clamp(extent.radius, kTypicalRadius[0], kTypicalRadius[1]);
 }
 
-struct Judged {
-  Eigen::Isometry3d T;
-  double score = 0;
+std::uint64_t
+count(Eigen::Index n)
+{
+  return static_cast<std::uint64_t>(n);
+}
+
+/// Thickness that patches may have: the usual one, more where the scan is noisier than that.
+double
+choosePatchThickness(const ThinnedCloud& cloud, double usual, const PatchOptions& options)
+{
+  constexpr double kGenerous = 4;
+  const PlanarPatches rough = extractPatches(cloud, nullptr, kGenerous * usual, options);
+  if (rough.size() == 0)
+    return usual;
+  std::vector<std::pair<double, double>> thickness; // and the surface that has it
+  for (Eigen::Index i = 0; i < rough.size(); ++i)
+    thickness.emplace_back(rough.thickness[i], rough.samples.weights[i]);
+  std::sort(thickness.begin(), thickness.end());
+  const double wanted = kNoiseQuantile * rough.samples.weights.sum();
+  double sum = 0;
+  for (const auto& [t, surface] : thickness)
+    if ((sum += surface) >= wanted)
+      return std::clamp(kThicknessOverNoise * t, usual, kGenerous * usual);
+  return usual;
+}
+
+std::vector<MainNormal>
+findPatchMainNormals(const OrientedSamples& samples, const Options& options)
+{
+  DensityOptions density;
+  density.kernel = DensityOptions::Kernel::Gaussian;
+  density.radius = options.density_radius > 0 ? options.density_radius : kDensityRadius;
+  density.max_regions = kMaxMainNormals;
+  density.silence_chord = kSilence;
+  density.min_relative_density = kMinRelativeDensity;
+  MeanShiftOptions mean_shift;
+  mean_shift.bandwidth = 2 * density.radius;
+  mean_shift.merge_chord = kMergeModes;
+  mean_shift.tolerance = 1e-5;
+  const DirectionSet sphere = makeGaussianSphere(samples);
+  const Eigen::VectorXd densities = computeDensity(sphere, density, workers(options));
+  return findMainNormals(sphere, findDensestRegions(sphere, densities, density), mean_shift);
+}
+
+/// The vertical is a direction of the scene even where no surface faces it.
+std::vector<MainNormal>
+withGravity(std::vector<MainNormal> main_normals, const Eigen::Vector3d& up)
+{
+  double heaviest = 1;
+  for (const MainNormal& m : main_normals) {
+    heaviest = std::max(heaviest, m.support);
+    if (m.direction.dot(up) > std::cos(kRefitAngle))
+      return main_normals;
+  }
+  main_normals.push_back({up, heaviest});
+  return main_normals;
+}
+
+/// A pose with what speaks for and against it.
+struct JudgedPose {
+  Eigen::Isometry3d T_target_source = Eigen::Isometry3d::Identity();
   SurfaceEvidence evidence;
-  double search_score = 0;
+  double score = 0;
+  double tightness = 0;
+  bool from_guess = false;
 };
 
-class Registration {
+bool
+isSamePose(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b, const Eigen::Vector3d& place, double angle, double distance)
+{
+  return (a * place - b * place).norm() < distance &&
+         Eigen::AngleAxisd(a.linear().transpose() * b.linear()).angle() < angle;
+}
+
+void
+sortByScore(std::vector<JudgedPose>& poses)
+{
+  std::stable_sort(
+      poses.begin(), poses.end(), [](const JudgedPose& a, const JudgedPose& b) { return a.score > b.score; });
+}
+
+std::string
+formatted(const char* format, double a, double b = 0)
+{
+  char text[160];
+  std::snprintf(text, sizeof(text), format, a, b);
+  return text;
+}
+
+/// The stages for one pair of scans.
+class PatchRegistration {
 public:
-  Registration(const PatchScan& source, const PatchScan& target, const Options& options)
-  : source_(source), target_(target), options_(options), scale_(std::max(source.scale, target.scale))
+  PatchRegistration(const PatchScan& source, const PatchScan& target, const Options& options)
+  : source_(source)
+  , target_(target)
+  , options_(options)
+  , scale_(std::max(source.scale, target.scale))
+  , noise_(std::max(source.thickness, target.thickness) / (kThickness * scale_))
+  , either_side_(!(source.patches.samples.oriented && target.patches.samples.oriented &&
+                   source.viewpoint_used == target.viewpoint_used))
+  , threads_(static_cast<int>(workers(options)))
   {
-    either_ = !(source.patches.samples.oriented && target.patches.samples.oriented);
+    source_normals_ = source.main_normals;
+    target_normals_ = target.main_normals;
+    if (options.gravity) {
+      source_normals_ = withGravity(source_normals_, options.gravity->up_source);
+      target_normals_ = withGravity(target_normals_, options.gravity->up_target);
+    }
+  }
+
+  Result
+  run(const Eigen::Isometry3d* guess)
+  {
+    result_.source_viewpoint_used = source_.viewpoint_used;
+    result_.target_viewpoint_used = target_.viewpoint_used;
+    if (!checkScans())
+      return result_;
+    std::vector<JudgedPose> poses;
+    for (const Effort& effort : kEfforts) {
+      std::vector<RotationCandidate> rotations = proposeRotations(effort);
+      if (rotations.empty() && !guess)
+        return fail(Status::NoCandidate, "no rotation lays the main normals of the scans on each other");
+      poses = refineCoarsely(searchPoses(rotations, effort), guess, effort);
+      if (poses.empty())
+        break;
+      refineFinely(poses);
+      conclude(poses);
+      if (result_.accepted() || result_.status == Status::Ambiguous || outOfTime())
+        break;
+    }
+    if (poses.empty())
+      return outOfTime() ? fail(Status::TimeLimit, "the time limit ran out before a pose could be judged")
+                         : fail(Status::NoCandidate, "no translation lays surfaces of the scans on each other");
+    preferGuess(poses, guess);
+    polishBest(poses);
+    conclude(poses);
+    return result_;
+  }
+
+private:
+  bool
+  outOfTime() const
+  {
+    return options_.time_limit > 0 && clock_.elapsed() > options_.time_limit;
+  }
+
+  Result&
+  fail(Status status, const std::string& message)
+  {
+    result_.status = status;
+    result_.message = message;
+    return result_;
+  }
+
+  void
+  report(const char* stage, std::uint64_t in, std::uint64_t out)
+  {
+    result_.stages.push_back(clock_.lap(stage, in, out));
+  }
+
+  /// Whether both scans hold what the method needs; says what is missing.
+  bool
+  checkScans()
+  {
+    for (const PatchScan* scan : {&source_, &target_}) {
+      const std::string name = scan == &source_ ? "the source scan" : "the target scan";
+      if (scan->extent.finite_points < kMinPoints) {
+        fail(Status::TooFewPoints, name + " has " + std::to_string(scan->extent.finite_points) +
+                                       " finite points, at least " + std::to_string(kMinPoints) + " are needed");
+        return false;
+      }
+      const std::vector<MainNormal>& normals = scan == &source_ ? source_normals_ : target_normals_;
+      const bool pair = std::any_of(normals.begin(), normals.end(), [&](const MainNormal& m) {
+        return std::abs(m.direction.dot(normals.front().direction)) < RotationOptions{}.max_abs_cos;
+      });
+      if (!pair) {
+        fail(Status::TooFewDirections,
+             name + " has planes in fewer than two directions: its rotation cannot be observed");
+        return false;
+      }
+    }
+    return true;
   }
 
   VisibilityOptions
-  visibility(double distance, double lateral, double angle) const
+  visibility(double distance, double angle) const
   {
-    VisibilityOptions v;
-    v.match.either_side = either_;
-    v.match.min_cos = static_cast<float>(std::cos(angle));
-    v.match.distance = static_cast<float>(distance * scale_);
-    v.match.lateral = static_cast<float>(lateral * scale_);
-    v.free_margin = v.hidden_margin = static_cast<float>(0.3 * scale_);
-    return v;
+    VisibilityOptions options;
+    options.match.either_side = either_side_;
+    options.match.min_cos = static_cast<float>(std::cos(angle));
+    options.match.distance = static_cast<float>(distance * scale_ * noise_);
+    options.match.lateral = static_cast<float>(kLateral * scale_);
+    options.free_margin = options.hidden_margin = static_cast<float>(kFreeMargin * scale_);
+    return options;
   }
 
-  SurfaceEvidence
-  evidence(const Eigen::Isometry3d& T, const VisibilityOptions& v) const
+  /// Tolerance of a match that the caller may have set (Options::overlap_radius).
+  double
+  matchDistance() const
   {
-    SurfaceEvidence e = collectEvidence(source_.patches.samples, target_.index,
-                                        target_.range_image.empty() ? nullptr : &target_.range_image, T, v);
-    SurfaceEvidence back = collectEvidence(target_.patches.samples, source_.index,
-                         source_.range_image.empty() ? nullptr : &source_.range_image, T.inverse(), v);
+    return options_.overlap_radius > 0 ? options_.overlap_radius / (scale_ * noise_) : kMatch;
+  }
+
+  RefinementOptions
+  refinement(double reach, double final_distance, double angle, int steps) const
+  {
+    RefinementOptions options;
+    options.match = visibility(reach, angle).match;
+    options.final_distance = final_distance * scale_ * noise_;
+    options.steps = steps;
+    return options;
+  }
+
+  static const RangeImage*
+  freeSpace(const PatchScan& scan)
+  {
+    return scan.range_image.empty() ? nullptr : &scan.range_image;
+  }
+
+  /// Evidence of both scans, each laid into the other.
+  SurfaceEvidence
+  evidence(const Eigen::Isometry3d& T, const VisibilityOptions& options) const
+  {
+    SurfaceEvidence both = collectEvidence(source_.patches.samples, target_.index, freeSpace(target_), T, options);
+    SurfaceEvidence back =
+        collectEvidence(target_.patches.samples, source_.index, freeSpace(source_), T.inverse(), options);
     back.matched_normals = (T.linear() * back.matched_normals * T.linear().transpose()).eval();
     back.visible_normals = (T.linear() * back.visible_normals * T.linear().transpose()).eval();
-    return e += back;
+    return both += back;
   }
+
+  void
+  judge(JudgedPose& pose, double distance, double angle) const
+  {
+    pose.evidence = evidence(pose.T_target_source, visibility(distance, angle));
+    const double total = std::max(pose.evidence.total, 1e-12);
+    pose.score = (pose.evidence.matched - kContradictionWeight * pose.evidence.contradicted) / total;
+  }
+
+  void
+  judgeFinely(JudgedPose& pose) const
+  {
+    judge(pose, matchDistance(), kNormals);
+    const double tight = kTightMatch / kMatch * matchDistance();
+    pose.tightness = pose.evidence.matched > 0
+                         ? evidence(pose.T_target_source, visibility(tight, kTightNormals)).matched / pose.evidence.matched
+                         : 0;
+  }
+
+  /// METHOD stages 6 to 8, merged and ranked (METHOD point 3).
+  std::vector<RotationCandidate>
+  proposeRotations(const Effort& effort)
+  {
+    RotationOptions rotation;
+    rotation.angle_tolerance = kPairAngle;
+    rotation.merge_angle = kPairAngle;
+    rotation.refit_angle = kRefitAngle;
+    std::vector<RotationCandidate> rotations = pcl_ssfr::proposeRotations(source_normals_, target_normals_, rotation);
+    if (options_.gravity) {
+      const GravityPrior& gravity = *options_.gravity;
+      rotations.erase(std::remove_if(rotations.begin(),
+                                     rotations.end(),
+                                     [&](const RotationCandidate& r) {
+                                       return (r.R_target_source * gravity.up_source).dot(gravity.up_target) <
+                                              std::cos(std::max(gravity.tolerance, kRefitAngle));
+                                     }),
+                      rotations.end());
+    }
+    const std::size_t all = rotations.size();
+    rotations.resize(std::min(all, effort.rotations));
+    report("rotations", all, rotations.size());
+    return rotations;
+  }
+
+  /// METHOD stages 9 to 12 for every rotation; the best poses of all, best first.
+  std::vector<PoseHypothesis>
+  searchPoses(const std::vector<RotationCandidate>& rotations, const Effort& effort)
+  {
+    PoseSearchOptions search;
+    search.peaks_first = effort.peaks_first;
+    search.peaks_second = effort.peaks_second;
+    search.bin_width = options_.bin_width > 0 ? options_.bin_width : kBinWidth * scale_;
+    search.peak_separation = kDistinctDistance * scale_;
+    search.step = kSearchStep * scale_;
+    search.visibility = visibility(kFreeMargin, kLooseNormals);
+    std::vector<std::vector<PoseHypothesis>> found(rotations.size());
+    const auto n = static_cast<std::int64_t>(rotations.size());
+#pragma omp parallel for schedule(dynamic, 1) num_threads(threads_)
+    for (std::int64_t i = 0; i < n; ++i) {
+      const auto u = static_cast<std::size_t>(i);
+      if (!outOfTime())
+        found[u] = searchTranslations(source_.patches.samples,
+                                      source_.votes,
+                                      target_.patches.samples,
+                                      target_normals_,
+                                      target_.index,
+                                      freeSpace(target_),
+                                      rotations[u].R_target_source,
+                                      search);
+    }
+    std::vector<PoseHypothesis> poses;
+    for (const std::vector<PoseHypothesis>& some : found)
+      poses.insert(poses.end(), some.begin(), some.end());
+    std::stable_sort(poses.begin(), poses.end(), [](const PoseHypothesis& a, const PoseHypothesis& b) {
+      return a.score > b.score;
+    });
+    const std::size_t all = poses.size();
+    poses.resize(std::min(all, effort.poses));
+    report("translations", rotations.size(), all);
+    return poses;
+  }
+
+  /// Apply \p refine to every pose, in parallel, one slot each.
+  template <typename Refine>
+  void
+  forEachPose(std::vector<JudgedPose>& poses, const Refine& refine) const
+  {
+    const auto n = static_cast<std::int64_t>(poses.size());
+#pragma omp parallel for schedule(dynamic, 1) num_threads(threads_)
+    for (std::int64_t i = 0; i < n; ++i)
+      refine(poses[static_cast<std::size_t>(i)]);
+  }
+
+  /// The best of poses that differ, at most \p most.
+  std::vector<JudgedPose>
+  keepDistinct(std::vector<JudgedPose> poses, std::size_t most) const
+  {
+    sortByScore(poses);
+    std::vector<JudgedPose> distinct;
+    for (const JudgedPose& pose : poses) {
+      if (distinct.size() >= most)
+        break;
+      const bool known = std::any_of(distinct.begin(), distinct.end(), [&](const JudgedPose& other) {
+        return isSamePose(pose.T_target_source,
+                          other.T_target_source,
+                          source_.viewpoint,
+                          kDistinctAngle,
+                          kDistinctDistance * scale_);
+      });
+      if (!known)
+        distinct.push_back(pose);
+    }
+    return distinct;
+  }
+
+  std::vector<JudgedPose>
+  refineCoarsely(const std::vector<PoseHypothesis>& hypotheses, const Eigen::Isometry3d* guess, const Effort& effort)
+  {
+    constexpr int kSteps = 6;
+    std::vector<JudgedPose> poses(hypotheses.size());
+    for (std::size_t i = 0; i < hypotheses.size(); ++i) {
+      poses[i].T_target_source = hypotheses[i].T_target_source;
+      poses[i].score = hypotheses[i].score;
+    }
+    if (guess) {
+      poses.emplace_back();
+      poses.back().T_target_source = toInner(*guess);
+      poses.back().from_guess = true;
+    }
+    forEachPose(poses, [&](JudgedPose& pose) {
+      pose.score = -kContradictionWeight;
+      if (outOfTime())
+        return;
+      const RefinementOptions options = refinement(kCoarseReach, kCoarseFinal, kLooseNormals, kSteps);
+      pose.T_target_source =
+          refinePatches(source_.patches, target_.index, pose.T_target_source, options).T_target_source;
+      judge(pose, kLooseMatch, kLooseNormals);
+    });
+    poses.erase(std::remove_if(poses.begin(),
+                               poses.end(),
+                               [](const JudgedPose& pose) { return !(pose.evidence.matched > 0); }),
+                poses.end());
+    std::vector<JudgedPose> distinct = keepDistinct(std::move(poses), effort.distinct);
+    report("coarse refinement", hypotheses.size(), distinct.size());
+    return distinct;
+  }
+
+  void
+  refineFinely(std::vector<JudgedPose>& poses)
+  {
+    constexpr int kSteps = 15;
+    const std::size_t before = poses.size();
+    forEachPose(poses, [&](JudgedPose& pose) {
+      if (options_.refine)
+        pose.T_target_source = refinePatches(source_.patches,
+                                             target_.index,
+                                             pose.T_target_source,
+                                             refinement(kFineReach, kFineFinal, kNormals, kSteps))
+                                   .T_target_source;
+      judgeFinely(pose);
+    });
+    poses = keepDistinct(std::move(poses), before);
+    report("fine refinement", before, poses.size());
+  }
+
+  /// Among poses that explain the scans equally well, take the one next to the caller's guess.
+  void
+  preferGuess(std::vector<JudgedPose>& poses, const Eigen::Isometry3d* guess) const
+  {
+    if (!guess || poses.size() < 2)
+      return;
+    const Eigen::Isometry3d wanted = toInner(*guess);
+    const auto distance = [&](const JudgedPose& pose) {
+      const Eigen::Isometry3d& T = pose.T_target_source;
+      return (T * source_.viewpoint - wanted * source_.viewpoint).norm() +
+             source_.extent.radius * Eigen::AngleAxisd(T.linear().transpose() * wanted.linear()).angle();
+    };
+    const double least = kAmbiguousRatio * poses.front().score;
+    std::size_t nearest = 0;
+    for (std::size_t i = 1; i < poses.size() && poses[i].score >= least; ++i)
+      if (distance(poses[i]) < distance(poses[nearest]))
+        nearest = i;
+    std::rotate(poses.begin(), poses.begin() + static_cast<std::ptrdiff_t>(nearest),
+                poses.begin() + static_cast<std::ptrdiff_t>(nearest) + 1);
+  }
+
+  /// Points of each scan onto small planes of the other, for the winner only.
+  void
+  polishBest(std::vector<JudgedPose>& poses)
+  {
+    if (!options_.refine)
+      return;
+    JudgedPose& best = poses.front();
+    RefinementOptions polish =
+        refinement(kPolishReach, kPolishFinal, kNormals, std::max(1, options_.max_refinement_steps));
+    polish.match.lateral = static_cast<float>(kPolishLateral * scale_);
+    polish_ = refineMutual(source_.surface, source_.fine_index, target_.surface, target_.fine_index,
+                           best.T_target_source, polish);
+    if (isSamePose(polish_.T_target_source, best.T_target_source, source_.viewpoint, kDistinctAngle,
+                   kDistinctDistance * scale_)) {
+      best.T_target_source = polish_.T_target_source;
+      judgeFinely(best);
+    }
+    report("polish", count(source_.surface.points.cols() + target_.surface.points.cols()), count(polish_.matches));
+  }
+
+  Eigen::Isometry3d
+  toInner(const Eigen::Isometry3d& T) const
+  {
+    return Eigen::Translation3d(-target_.origin) * T * Eigen::Translation3d(source_.origin);
+  }
+  Eigen::Isometry3d
+  toOuter(const Eigen::Isometry3d& T) const
+  {
+    return Eigen::Translation3d(target_.origin) * T * Eigen::Translation3d(-source_.origin);
+  }
+
+  Candidate
+  makeCandidate(const JudgedPose& pose) const
+  {
+    Candidate candidate;
+    candidate.T_target_source = toOuter(pose.T_target_source);
+    candidate.score = pose.score;
+    candidate.from_guess = pose.from_guess;
+    if (!(pose.evidence.total > 0))
+      return candidate;
+    candidate.overlap = pose.evidence.matched / pose.evidence.total;
+    candidate.contradiction = pose.evidence.contradicted / pose.evidence.total;
+    candidate.evidence.unmatched = pose.evidence.unmatched / pose.evidence.total;
+    candidate.evidence.tightness = pose.tightness;
+    candidate.evidence.weakest_direction = weakestMatchedShare(pose.evidence);
+    candidate.evidence.third_direction =
+        std::max(0.0,
+                 Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(pose.evidence.matched_normals).eigenvalues()[0]) /
+        pose.evidence.total;
+    return candidate;
+  }
+
+  /// Fill the result from the judged poses, best first, and decide whether the best is accepted.
+  void
+  conclude(const std::vector<JudgedPose>& poses)
+  {
+    result_.candidates.clear();
+    for (const JudgedPose& pose : poses) {
+      if (result_.candidates.size() >= static_cast<std::size_t>(options_.max_candidates))
+        break;
+      result_.candidates.push_back(makeCandidate(pose));
+    }
+    const Candidate& best = result_.candidates.front();
+    double rival = -1;
+    for (std::size_t i = 1; i < poses.size(); ++i)
+      rival = std::max(rival, poses[i].score);
+    const double ratio = rival / std::max(best.score, 0.02);
+
+    result_.T_target_source = best.T_target_source;
+    result_.overlap = best.overlap;
+    result_.contradiction = best.contradiction;
+    result_.rmse = polish_.rms;
+    result_.confidence = estimateConfidence(best, ratio, freeSpace(source_) && freeSpace(target_));
+    if (polish_.matches > 0) {
+      result_.information =
+          informationMatrix(polish_, target_.origin, kNoiseFloor * scale_, kPolishPointsAPatch);
+      result_.unobservable = findUnobservableDirections(polish_);
+    }
+    decide(ratio);
+  }
+
+  void
+  decide(double ratio)
+  {
+    const Candidate& best = result_.candidates.front();
+    if (ratio >= kAmbiguousRatio) {
+      std::size_t equals = 0;
+      for (const Candidate& c : result_.candidates)
+        equals += c.score >= kAmbiguousRatio * best.score;
+      result_.confidence = std::min(result_.confidence, 1.0 / static_cast<double>(std::max<std::size_t>(2, equals)));
+      fail(Status::Ambiguous,
+           std::to_string(std::max<std::size_t>(2, equals)) +
+               " distinct poses explain the scans about equally well (symmetry or repetition)");
+      return;
+    }
+    if (!result_.unobservable.empty()) {
+      const UnobservableDirection& u = result_.unobservable.front();
+      result_.confidence = std::min(result_.confidence, kUnobservableConfidence);
+      char text[200];
+      std::snprintf(text,
+                    sizeof(text),
+                    "the scene does not determine the %s (%.2f, %.2f, %.2f) of the target frame",
+                    u.rotation ? "rotation about" : "translation along",
+                    u.direction.x(),
+                    u.direction.y(),
+                    u.direction.z());
+      fail(Status::Unobservable, text);
+      return;
+    }
+    if (result_.confidence >= options_.min_confidence) {
+      fail(Status::Converged, formatted("%.0f %% of the surface meets its counterpart, %.1f %% contradicts the pose",
+                                        100 * best.overlap, 100 * best.contradiction));
+      return;
+    }
+    const double visible = best.overlap + best.contradiction + best.evidence.unmatched;
+    if (best.contradiction > kTellingContradiction * visible)
+      fail(Status::Contradicted,
+           formatted("the best pose puts %.1f %% of the surface into space that the other sensor saw to be free, while "
+                     "%.0f %% meets its counterpart",
+                     100 * best.contradiction, 100 * best.overlap));
+    else
+      fail(Status::LowOverlap,
+           formatted("under the best pose only %.0f %% of the surface meets its counterpart: the scans may not show the "
+                     "same place",
+                     100 * best.overlap));
+  }
+
+  static constexpr double kPolishLateral = 0.1;          // [m] at scale 1
+  static constexpr double kUnobservableConfidence = 0.3;
+  static constexpr double kTellingContradiction = 0.1;   // of the visible surface
 
   const PatchScan& source_;
   const PatchScan& target_;
   const Options& options_;
   double scale_;
-  bool either_;
+  double noise_; ///< of the scans, 1 when usual
+  bool either_side_;
+  int threads_;
+  std::vector<MainNormal> source_normals_, target_normals_;
+  Refinement polish_;
+  StageClock clock_;
+  Result result_;
 };
-
-bool
-nearPose(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b, double angle, double distance, const Eigen::Vector3d& c)
-{
-  const Eigen::Isometry3d d = a.inverse() * b;
-  return ((a * c) - (b * c)).norm() < distance && Eigen::AngleAxisd(d.linear()).angle() < angle;
-}
 
 } // namespace
 
@@ -96,184 +655,61 @@ preparePatchScan(const ScanView& scan, const Options& options)
 {
   PatchScan prepared;
   StageClock clock;
+  const auto report = [&](const char* stage, std::uint64_t in, std::uint64_t out) {
+    prepared.stages.push_back(clock.lap(stage, in, out));
+  };
+
   prepared.extent = measureExtent(scan);
   prepared.scale = sceneScale(prepared.extent);
   prepared.origin = prepared.extent.centroid;
-  const double leaf = options.leaf > 0 ? options.leaf : P("leaf", kLeaf) * prepared.scale;
+  PatchOptions patches = options.patches;
+  // A patch of the finest level has an edge of 2^finest_level leaves; a normal radius r asks for an edge of 2 r.
+  const double leaf = options.leaf > 0 ? options.leaf
+                      : options.normal_radius > 0
+                          ? 2 * options.normal_radius / static_cast<double>(1 << patches.finest_level)
+                          : kLeaf * prepared.scale;
   const ThinnedCloud cloud = thinScan(scan, leaf, prepared.origin, 0, workers(options));
-  prepared.stages.push_back(clock.lap("thinning", scan.count(), static_cast<std::uint64_t>(cloud.size())));
+  report("thinning", scan.count(), count(cloud.size()));
 
   const Eigen::Vector3d viewpoint = scan.viewpoint - prepared.origin;
+  const ViewpointMode mode = options.viewpoint_mode;
   prepared.viewpoint_used =
-      options.viewpoint_mode == ViewpointMode::SensorOrigin || scan.viewpoint_is_known ||
-      (options.viewpoint_mode == ViewpointMode::Auto &&
-       isPlausibleViewpoint(cloud.points, viewpoint.cast<float>(), prepared.scale));
-  if (options.viewpoint_mode == ViewpointMode::Unknown)
-    prepared.viewpoint_used = false;
-  if (prepared.viewpoint_used)
-    prepared.range_image = RangeImage(cloud.points, viewpoint.cast<float>(), kRangeCell);
-  prepared.stages.push_back(clock.lap("viewpoint", static_cast<std::uint64_t>(cloud.size()), prepared.range_image.size()));
+      mode == ViewpointMode::SensorOrigin || (mode == ViewpointMode::Auto && scan.viewpoint_is_known) ||
+      (mode == ViewpointMode::Auto && isPlausibleViewpoint(cloud.points, viewpoint.cast<float>(), prepared.scale));
+  if (prepared.viewpoint_used) {
+    prepared.viewpoint = viewpoint;
+    prepared.range_image = RangeImage(cloud.points, viewpoint.cast<float>(), kCell);
+  }
+  report("range image", count(cloud.size()), prepared.range_image.size());
 
-  PatchOptions po = options.patches;
-  po.coarsest_level = int(P("coarse", po.coarsest_level));
-  prepared.patches = extractPatches(cloud, prepared.viewpoint_used ? &viewpoint : nullptr,
-                                    po.thickness > 0 ? po.thickness : P("thick", kThickness) * prepared.scale, po);
-  prepared.stages.push_back(clock.lap("patches", static_cast<std::uint64_t>(cloud.size()), static_cast<std::uint64_t>(prepared.patches.size())));
+  const Eigen::Vector3d* seen_from = prepared.viewpoint_used ? &viewpoint : nullptr;
+  prepared.thickness = patches.thickness > 0
+                           ? patches.thickness
+                           : choosePatchThickness(cloud, kThickness * prepared.scale, patches);
+  prepared.patches = extractPatches(cloud, seen_from, prepared.thickness, patches);
+  report("patches", count(cloud.size()), count(prepared.patches.size()));
 
-  DensityOptions density;
-  density.kernel = DensityOptions::Kernel::Gaussian;
-  density.radius = options.density_radius > 0 ? options.density_radius : P("rd", 0.1);
-  density.max_regions = int(P("modes", 14));
-  density.silence_chord = 0.26;
-  density.min_relative_density = P("minden", 0.02);
-  MeanShiftOptions mean_shift;
-  mean_shift.bandwidth = 2 * density.radius;
-  mean_shift.merge_chord = 0.2;
-  mean_shift.tolerance = 1e-5;
-  const DirectionSet sphere = makeGaussianSphere(prepared.patches.samples);
-  const Eigen::VectorXd d = computeDensity(sphere, density, workers(options));
-  const std::vector<DenseRegion> regions = findDensestRegions(sphere, d, density);
-  prepared.main_normals = findMainNormals(sphere, regions, mean_shift);
-  prepared.stages.push_back(clock.lap("main normals", static_cast<std::uint64_t>(sphere.size()), prepared.main_normals.size()));
+  prepared.main_normals = findPatchMainNormals(prepared.patches.samples, options);
+  report("main normals", count(prepared.patches.size()), prepared.main_normals.size());
 
-  prepared.votes = drawVotingSamples(prepared.patches.samples, prepared.main_normals, int(P("votes", 160)));
-  prepared.index = PatchIndex(prepared.patches, P("voxel", 0.5) * prepared.scale);
-  PatchOptions fine = po;
-  fine.split_above = int(P("split", 100));
-  fine.min_points = int(P("fmin", 8));
-  const PlanarPatches small = extractPatches(cloud, prepared.viewpoint_used ? &viewpoint : nullptr,
-                                    po.thickness > 0 ? po.thickness : P("thick", kThickness) * prepared.scale, fine);
-  prepared.surface = drawSurfacePoints(cloud, small, int(P("ppp", 4)));
-  prepared.fine_index = PatchIndex(small, P("fvoxel", 0.25) * prepared.scale);
-  prepared.stages.push_back(clock.lap("index", static_cast<std::uint64_t>(prepared.patches.size()), 0));
+  prepared.votes = drawVotingSamples(prepared.patches.samples, prepared.main_normals, PoseSearchOptions{}.samples);
+  prepared.index = PatchIndex(prepared.patches, kVoxel * prepared.scale);
+  patches.split_above = kPolishSplit;
+  patches.min_points = std::max(patches.min_points, kPolishMinPoints);
+  const PlanarPatches small = extractPatches(cloud, seen_from, prepared.thickness, patches);
+  prepared.surface = drawSurfacePoints(cloud, small, kPolishPointsAPatch);
+  prepared.fine_index = PatchIndex(small, kFineVoxel * prepared.scale);
+  report("index", count(prepared.patches.size()), count(prepared.surface.points.cols()));
   return prepared;
 }
 
 Result
-registerPatchScans(const PatchScan& source, const PatchScan& target, const Options& options, const Eigen::Isometry3d* guess)
+registerPatchScans(const PatchScan& source,
+                   const PatchScan& target,
+                   const Options& options,
+                   const Eigen::Isometry3d* guess)
 {
-  (void)guess;
-  Result result;
-  StageClock clock;
-  const Registration reg(source, target, options);
-  if (source.main_normals.size() < 2 || target.main_normals.size() < 2) {
-    result.status = Status::TooFewDirections;
-    return result;
-  }
-  RotationOptions ro;
-  ro.angle_tolerance = 0.07;
-  ro.merge_angle = 0.07;
-  ro.refit_angle = 0.12;
-  std::vector<RotationCandidate> rotations = proposeRotations(source.main_normals, target.main_normals, ro);
-  const std::size_t all_rotations = rotations.size();
-  if (rotations.size() > static_cast<std::size_t>(P("maxrot", 24)))
-    rotations.resize(static_cast<std::size_t>(P("maxrot", 24)));
-  result.stages.push_back(clock.lap("rotations", all_rotations, rotations.size()));
-  if (rotations.empty()) {
-    result.status = Status::NoCandidate;
-    return result;
-  }
-
-  PoseSearchOptions so;
-  so.samples = int(P("votes", 160));
-  so.peaks_first = int(P("pk1", 5));
-  so.peaks_second = int(P("pk2", 8));
-  so.bin_width = P("bin", 0.1) * reg.scale_;
-  so.peak_separation = 0.3 * reg.scale_;
-  so.step = P("step", 0.25) * reg.scale_;
-  so.contradiction_weight = P("cw1", 1);
-  so.visibility = reg.visibility(0.3, 0.3, 0.5);
-  std::vector<std::vector<PoseHypothesis>> slots(rotations.size());
-  const auto n_rot = static_cast<std::int64_t>(rotations.size());
-#pragma omp parallel for schedule(dynamic, 1) num_threads(static_cast<int>(workers(options)))
-  for (std::int64_t i = 0; i < n_rot; ++i) {
-    const auto u = static_cast<std::size_t>(i);
-    slots[u] = searchTranslations(source.patches.samples, source.votes, target.patches.samples, target.main_normals,
-                                  target.index, target.range_image.empty() ? nullptr : &target.range_image,
-                                  rotations[u].R_target_source, so);
-  }
-  std::vector<PoseHypothesis> all;
-  for (const auto& s : slots)
-    all.insert(all.end(), s.begin(), s.end());
-  std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.score > b.score; });
-  const std::size_t found = all.size();
-  if (all.size() > static_cast<std::size_t>(P("topk", 80)))
-    all.resize(static_cast<std::size_t>(P("topk", 80)));
-  result.stages.push_back(clock.lap("translations", rotations.size(), found));
-
-  // coarse refinement
-  std::vector<Judged> judged(all.size());
-  const auto n_all = static_cast<std::int64_t>(all.size());
-  const VisibilityOptions loose = reg.visibility(P("ld", 0.2), P("ll", 0.3), 0.44);
-  const double cw = P("cw", 4);
-#pragma omp parallel for schedule(dynamic, 1) num_threads(static_cast<int>(workers(options)))
-  for (std::int64_t i = 0; i < n_all; ++i) {
-    const auto u = static_cast<std::size_t>(i);
-    RefinementOptions r;
-    r.match = reg.visibility(0.5, 0.5, 0.44).match;
-    r.final_distance = 0.15 * reg.scale_;
-    r.steps = int(P("steps", 6));
-    Judged& j = judged[u];
-    j.search_score = all[u].score;
-    j.T = refinePatches(source.patches, target.index, all[u].T_target_source, r).T_target_source;
-    j.evidence = reg.evidence(j.T, loose);
-    j.score = (j.evidence.matched - cw * j.evidence.contradicted) / j.evidence.total;
-  }
-  std::stable_sort(judged.begin(), judged.end(), [](const auto& a, const auto& b) { return a.score > b.score; });
-  std::vector<Judged> distinct;
-  for (const Judged& j : judged) {
-    if (std::none_of(distinct.begin(), distinct.end(), [&](const Judged& k) { return nearPose(j.T, k.T, 0.05, 0.3 * reg.scale_, Eigen::Vector3d::Zero()); }))
-      distinct.push_back(j);
-    if (distinct.size() >= 12)
-      break;
-  }
-  result.stages.push_back(clock.lap("coarse refinement", all.size(), distinct.size()));
-
-  const VisibilityOptions tight = reg.visibility(P("td", 0.1), P("tl", 0.3), 0.35);
-  const auto n_d = static_cast<std::int64_t>(distinct.size());
-#pragma omp parallel for schedule(dynamic, 1) num_threads(static_cast<int>(workers(options)))
-  for (std::int64_t i = 0; i < n_d; ++i) {
-    Judged& j = distinct[static_cast<std::size_t>(i)];
-    RefinementOptions r;
-    r.match = reg.visibility(0.2, 0.3, 0.35).match;
-    r.final_distance = 0.05 * reg.scale_;
-    r.steps = 15;
-    j.T = refinePatches(source.patches, target.index, j.T, r).T_target_source;
-    j.evidence = reg.evidence(j.T, tight);
-    j.score = (j.evidence.matched - cw * j.evidence.contradicted) / j.evidence.total;
-  }
-  std::stable_sort(distinct.begin(), distinct.end(), [](const auto& a, const auto& b) { return a.score > b.score; });
-  result.stages.push_back(clock.lap("fine refinement", distinct.size(), distinct.size()));
-
-  if (!distinct.empty() && options.refine) {
-    RefinementOptions r;
-    r.match = reg.visibility(P("pd", 0.3), P("pl", 0.1), 0.35).match;
-    r.final_distance = P("pf", 0.1) * reg.scale_;
-    r.steps = int(P("ps", 12));
-    const Refinement polished = refineMutual(source.surface, source.fine_index, target.surface, target.fine_index, distinct.front().T, r);
-    distinct.front().T = polished.T_target_source;
-    result.rmse = polished.rms;
-    result.stages.push_back(clock.lap("polish", 1, static_cast<std::uint64_t>(polished.matches)));
-  }
-
-  for (const Judged& j : distinct) {
-    Candidate c;
-    c.T_target_source = Eigen::Translation3d(target.origin) * j.T * Eigen::Translation3d(-source.origin);
-    c.score = j.score;
-    c.overlap = j.evidence.matched / std::max(1e-9, j.evidence.total);
-    c.contradiction = j.evidence.contradicted / std::max(1e-9, j.evidence.total);
-    c.unmatched = j.evidence.unmatched / std::max(1e-9, j.evidence.total);
-    c.weakest = weakestMatchedShare(j.evidence);
-    result.candidates.push_back(c);
-  }
-  if (!result.candidates.empty()) {
-    result.T_target_source = result.candidates.front().T_target_source;
-    result.overlap = result.candidates.front().overlap;
-    result.contradiction = result.candidates.front().contradiction;
-    result.status = Status::Converged;
-    result.confidence = 1;
-  }
-  return result;
+  return PatchRegistration(source, target, options).run(guess);
 }
 
 } // namespace pcl_ssfr

@@ -159,6 +159,8 @@ private:
   double
   facing(const Plane& plane, std::size_t patch) const
   {
+    if (viewpoint_)
+      return (*viewpoint_ - plane.mean).dot(plane.normal) >= 0 ? 1 : -1;
     if (cloud_.normals.cols() > 0) {
       Eigen::Vector3f sum = Eigen::Vector3f::Zero();
       for (std::uint32_t i = 0; i < patches_.counts[patch]; ++i)
@@ -167,8 +169,6 @@ private:
       if (std::abs(along) > 0.5 * static_cast<double>(patches_.counts[patch]))
         return along > 0 ? 1 : -1;
     }
-    if (viewpoint_)
-      return (*viewpoint_ - plane.mean).dot(plane.normal) >= 0 ? 1 : -1;
     return 0;
   }
 

@@ -42,8 +42,8 @@ struct PlanarPatches {
 /** \brief Divide the scan into the largest octree cells that a plane fits.
  *
  * A cell is a patch when its thickness is within bounds and well under its second extent, else it is split into eight;
- * what fits in no finest cell is clutter. The normal faces the viewpoint, or where the cloud carries normals, their
- * side; with \p viewpoint null and no normals the sign is arbitrary and samples.oriented is false.
+ * what fits in no finest cell is clutter. The normal faces the viewpoint; where that is unknown, the side that the
+ * normals of the cloud agree on; without either the sign is arbitrary and samples.oriented is false.
  * \param[in] viewpoint sensor position relative to the origin of \p cloud [m], or null when it is unknown
  * \param[in] thickness bound at range zero [m], > 0 (PatchOptions::thickness is not read here)
  */

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#pragma once
+
+#include <pcl_ssfr/result.h>
+
+namespace pcl_ssfr {
+
+/// Score of the best distinct rival from which on an answer is called ambiguous, as a share of the winner's.
+constexpr double kAmbiguousRatio = 0.96;
+
+/** \brief Estimated probability that a pose of the default profile is right, from the evidence for it.
+ *
+ * A logistic model; its coefficients were fitted to right and wrong answers on real scan pairs and on unrelated scans
+ * (scripts/fit_confidence). \param[in] rival_ratio score of the best distinct rival over that of this pose, <= 1
+ * \param[in] free_space whether contradictions could be seen (both viewpoints believed) \return [0, 1]
+ */
+double
+estimateConfidence(const Candidate& best, double rival_ratio, bool free_space);
+
+} // namespace pcl_ssfr

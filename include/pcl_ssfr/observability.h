@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#pragma once
+
+#include <pcl_ssfr/refinement.h>
+#include <pcl_ssfr/result.h>
+
+#include <vector>
+
+namespace pcl_ssfr {
+
+/// Options of the observability test.
+struct ObservabilityOptions {
+  double min_strength = 0.003; ///< information along a direction, relative to the best determined one of its kind
+};
+
+/** \brief Directions of motion that the matches leave undetermined: translations along directions that no matched
+ * plane faces, rotations about axes that no lever arm binds (METHOD, "Where it fails").
+ * \param[in] refinement with the Hessian of its last step; empty result when it had no matches
+ */
+std::vector<UnobservableDirection>
+findUnobservableDirections(const Refinement& refinement, const ObservabilityOptions& options = {});
+
+/** \brief Information matrix about the origin of the target frame, order (rotation [rad], translation [m]).
+ *
+ * The Hessian over the variance of the plane distances (at least \p noise_floor^2 [m^2]), divided by
+ * \p samples_per_patch because the errors of points on one patch are not independent.
+ * \param[in] origin position of the frame of the refinement in the target frame [m]
+ */
+Eigen::Matrix<double, 6, 6>
+informationMatrix(const Refinement& refinement,
+                  const Eigen::Vector3d& origin,
+                  double noise_floor,
+                  double samples_per_patch);
+
+} // namespace pcl_ssfr

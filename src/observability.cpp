@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#include <pcl_ssfr/observability.h>
+
+#include <Eigen/Eigenvalues>
+
+#include <algorithm>
+
+namespace pcl_ssfr {
+
+namespace {
+
+/// Eigenvectors of a 3 x 3 block of information whose eigenvalue is below \p min_strength of the largest.
+void
+addWeakDirections(const Eigen::Matrix3d& information,
+                  bool rotation,
+                  double min_strength,
+                  std::vector<UnobservableDirection>& weak)
+{
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(information);
+  const double largest = solver.eigenvalues()[2];
+  if (!(largest > 0))
+    return;
+  for (int k = 0; k < 3; ++k) {
+    const double strength = std::max(0.0, solver.eigenvalues()[k] / largest);
+    if (strength < min_strength)
+      weak.push_back({solver.eigenvectors().col(k), rotation, strength});
+  }
+}
+
+} // namespace
+
+std::vector<UnobservableDirection>
+findUnobservableDirections(const Refinement& refinement, const ObservabilityOptions& options)
+{
+  std::vector<UnobservableDirection> weak;
+  if (refinement.matches == 0)
+    return weak;
+  addWeakDirections(refinement.hessian.bottomRightCorner<3, 3>(), false, options.min_strength, weak);
+  addWeakDirections(refinement.hessian.topLeftCorner<3, 3>(), true, options.min_strength, weak);
+  return weak;
+}
+
+Eigen::Matrix<double, 6, 6>
+informationMatrix(const Refinement& refinement,
+                  const Eigen::Vector3d& origin,
+                  double noise_floor,
+                  double samples_per_patch)
+{
+  // J about the target's origin is A J about the centre of the refinement: (p + o) x n = p x n + o x n.
+  const Eigen::Vector3d o = origin + refinement.centre;
+  Eigen::Matrix<double, 6, 6> A = Eigen::Matrix<double, 6, 6>::Identity();
+  A.topRightCorner<3, 3>() << 0, -o.z(), o.y(), o.z(), 0, -o.x(), -o.y(), o.x(), 0;
+  const double variance = std::max(refinement.rms * refinement.rms, noise_floor * noise_floor);
+  const Eigen::Matrix<double, 6, 6> information =
+      A * refinement.hessian * A.transpose() / (variance * samples_per_patch);
+  return 0.5 * (information + information.transpose());
+}
+
+} // namespace pcl_ssfr
