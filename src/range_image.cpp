@@ -14,12 +14,23 @@ constexpr double kViewpointCell = 0.01745; // [rad]
 constexpr double kDepthRatio = 1.5;
 constexpr double kDepthMargin = 0.3;   // [m] at scale 1
 constexpr double kDisplacement = 3;    // [m] at scale 1
-constexpr std::size_t kMaxPointsPerDirection = 200;
+constexpr double kMinSpread = 0.6;     // occupied directions, relative to those seen from the centroid
 // Measured on 80 single scans (gain 1.46 and more, 1.9 in the median of the worst set) and on merged ones (up to 1.5).
 constexpr double kCleanShare = 0.01;
 constexpr double kClearGain = 1.8;
 constexpr double kWeakGain = 1.4;
 constexpr double kMaxFineShareAtWeakGain = 0.08;
+
+/// Directions in which something is seen.
+std::size_t
+occupiedCells(const Eigen::Matrix3Xf& points, const Eigen::Vector3f& viewpoint)
+{
+  const RangeImage image(points, viewpoint, kViewpointCell);
+  std::size_t occupied = 0;
+  for (std::size_t c = 0; c < image.size(); ++c)
+    occupied += image.nearest(c) > 0;
+  return occupied;
+}
 
 } // namespace
 
@@ -59,13 +70,14 @@ twoDepthShare(const Eigen::Matrix3Xf& points, const Eigen::Vector3f& viewpoint, 
 bool
 isPlausibleViewpoint(const Eigen::Matrix3Xf& points, const Eigen::Vector3f& viewpoint, double scale)
 {
+  if (points.cols() == 0)
+    return false;
   const double margin = kDepthMargin * scale;
-  const RangeImage image(points, viewpoint, kViewpointCell);
-  std::size_t occupied = 0;
-  for (std::size_t c = 0; c < image.size(); ++c)
-    occupied += image.nearest(c) > 0;
-  if (occupied * kMaxPointsPerDirection < static_cast<std::size_t>(points.cols()))
-    return false; // seen from afar, as a cloud in map coordinates is from their origin
+  // A sensor spreads its returns over the directions; from elsewhere, and more so from afar, they bunch.
+  const Eigen::Vector3f centroid = points.cast<double>().rowwise().mean().cast<float>();
+  if (static_cast<double>(occupiedCells(points, viewpoint)) <
+      kMinSpread * static_cast<double>(occupiedCells(points, centroid)))
+    return false;
 
   const double here = twoDepthShare(points, viewpoint, kViewpointCell, margin);
   if (here <= kCleanShare)

@@ -82,8 +82,8 @@ private:
 double
 twoDepthShare(const Eigen::Matrix3Xf& points, const Eigen::Vector3f& viewpoint, double cell, double margin);
 
-/** \brief Whether \p points (3 x N) look as if they were seen from \p viewpoint: few directions hold two depths, and
- * markedly fewer than from places around it (METHOD point 11).
+/** \brief Whether \p points (3 x N) look as if they were seen from \p viewpoint (METHOD point 11): they spread over as
+ * many directions as seen from their centroid, and few directions hold two depths, markedly fewer than from places around.
  * \param[in] scale of the scene, > 0: 1 for rooms to streets; the places tried are 3 m * scale away
  */
 bool
