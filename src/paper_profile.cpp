@@ -142,7 +142,7 @@ private:
   void
   runFinePass(std::vector<ScoredPose>& ranked);
   void
-  report(std::vector<ScoredPose> ranked);
+  report(const std::vector<ScoredPose>& ranked);
   double
   rateConfidence(const std::vector<Candidate>& distinct) const;
   void
@@ -232,7 +232,7 @@ PaperRegistration::judgeRotations(const std::vector<RotationCandidate>& rotation
                                                           options_.translation.histogram.max_bins);
   std::vector<ScoredPose> poses(rotations.size());
   std::vector<char> skipped(rotations.size(), 0);
-  const int workers = static_cast<int>(threads_);
+  [[maybe_unused]] const int workers = static_cast<int>(threads_);
 #pragma omp parallel for num_threads(workers) schedule(dynamic, 1)
   for (std::size_t i = 0; i < rotations.size(); ++i) {
     if (isOutOfTime()) {
@@ -338,7 +338,7 @@ PaperRegistration::rateConfidence(const std::vector<Candidate>& distinct) const
 }
 
 void
-PaperRegistration::report(std::vector<ScoredPose> ranked)
+PaperRegistration::report(const std::vector<ScoredPose>& ranked)
 {
   const StageClock clock;
   const auto toFullPose = [&](const Eigen::Isometry3d& centred) {
@@ -435,7 +435,7 @@ PaperRegistration::run(const Eigen::Isometry3d* guess)
                           : "no third main normal of the target is independent of a matched pair: no translation";
     return result_;
   }
-  report(std::move(ranked));
+  report(ranked);
   return result_;
 }
 
