@@ -33,6 +33,7 @@ constexpr int kNormalNeighbours = 20;
 constexpr int kMinPoints = 2 * kNormalNeighbours; ///< fewer make GICP and the normals fail
 constexpr int kMaxIterations = 50;
 constexpr double kCorrespondenceDistance = 1;   ///< [m]
+constexpr double kPolishDistance = 0.15;        ///< the same when the start is good already [m]
 constexpr double kTransformationEpsilon = 1e-8; ///< squared translation [m^2]
 constexpr float kNdtResolution = 1;             ///< [m]
 constexpr double kNdtStep = 0.1;                ///< [m]
@@ -282,7 +283,10 @@ runSsfrIcp(const io::LoadedCloud& source,
   Result result = runSsfr(source, target, options, guess);
   if (!result.accepted())
     return result;
-  const Result refined = runRefiner("icp_point_to_plane", source, target, options, result.T_target_source);
+  Options polish = options;
+  if (polish.overlap_radius <= 0)
+    polish.overlap_radius = kPolishDistance;
+  const Result refined = runRefiner("icp_point_to_plane", source, target, polish, result.T_target_source);
   result.stages.insert(result.stages.end(), refined.stages.begin(), refined.stages.end());
   if (!refined.accepted()) {
     result.message += "; PCL's ICP did not converge from there, the pose is that of ssfr";

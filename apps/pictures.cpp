@@ -189,6 +189,8 @@ topViewHeights(const Points& thinned, const Range& all)
   constexpr double kPeakShare = 0.12;    // of the thinned points in three bins: a floor or a ceiling
   constexpr double kFloorMargin = 0.15;  // [m]
   constexpr double kCeilingMargin = 0.4; // [m]
+  constexpr double kRoom = 1.2;          // least height between a floor and a ceiling [m]
+  constexpr double kLeastShown = 0.3;    // [m]
   const auto bins = static_cast<std::size_t>(std::clamp(all.size() / kBin, 3.0, 1000.0));
   const auto counts = histogramOf(coordinates(thinned, 2), all, bins);
   const double width = all.size() / static_cast<double>(bins);
@@ -196,16 +198,28 @@ topViewHeights(const Points& thinned, const Range& all)
   const auto peak = [&](std::size_t i) {
     return counts[i] + (i > 0 ? counts[i - 1] : 0) + (i + 1 < bins ? counts[i + 1] : 0) > needed;
   };
-  Range shown = all;
-  for (std::size_t i = 0; i < bins / 3; ++i)
-    if (peak(i))
-      shown.low = all.low + static_cast<double>(i + 1) * width + kFloorMargin;
-  for (std::size_t i = bins - 1; i > bins / 2; --i)
-    if (peak(i))
-      shown.high = all.low + static_cast<double>(i) * width - kCeilingMargin;
-  if (shown.size() < 0.3)
+  // The lowest and the highest such layer; a single one is what its half of the heights makes likely.
+  std::size_t floor = 0;
+  while (floor < bins && !peak(floor))
+    ++floor;
+  if (floor == bins)
     return all;
-  return shown;
+  std::size_t ceiling = bins - 1;
+  while (!peak(ceiling))
+    --ceiling;
+  std::size_t floor_top = floor;
+  while (floor_top + 1 < bins && peak(floor_top + 1))
+    ++floor_top;
+  std::size_t ceiling_bottom = ceiling;
+  while (ceiling_bottom > 0 && peak(ceiling_bottom - 1))
+    --ceiling_bottom;
+  const bool two = static_cast<double>(ceiling_bottom) - static_cast<double>(floor_top) > kRoom / width;
+  Range shown = all;
+  if (two || floor < bins / 2)
+    shown.low = all.low + static_cast<double>(floor_top + 1) * width + kFloorMargin;
+  if (two || floor >= bins / 2)
+    shown.high = all.low + static_cast<double>(ceiling_bottom) * width - kCeilingMargin;
+  return shown.size() < kLeastShown ? all : shown;
 }
 
 // ---------------------------------------------------------------------------------------------------------------------

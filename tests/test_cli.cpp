@@ -296,8 +296,8 @@ TEST_F(Program, alignsARoomWithOffsetsAndWritesEverything)
   io::writeFile(folder.file("source.xyz"), room(T_source_room));
   io::writeFile(folder.file("target.xyz"), room(T_target_room));
   const Outcome result = run(folder.file("source.xyz") + " " + folder.file("target.xyz") + " --json - --transform " +
-                         folder.file("T.txt") + " --output " + folder.file("moved.pcd") + " --pictures " +
-                         folder.file("pictures") + " --viewpoint unknown");
+                             folder.file("T.txt") + " --output " + folder.file("moved.pcd") + " --pictures " +
+                             folder.file("pictures") + " --viewpoint unknown");
   ASSERT_EQ(result.code, 0) << result.errors << result.output;
   EXPECT_EQ(result.errors, "");
 
@@ -358,8 +358,8 @@ TEST_F(Program, refinersStartFromTheGuess)
   for (const char* method : {"icp_point_to_point", "icp_point_to_plane", "gicp", "ndt"}) {
     SCOPED_TRACE(method);
     const Outcome result = run(folder.file("source.xyz") + " " + folder.file("target.xyz") + " --leaf 0.1 --method " +
-                           method + " --guess " + folder.file("guess.txt") + " --json " + folder.file("report.json") +
-                           " --transform " + folder.file("T.txt"));
+                               method + " --guess " + folder.file("guess.txt") + " --json " +
+                               folder.file("report.json") + " --transform " + folder.file("T.txt"));
     ASSERT_EQ(result.code, 0) << result.errors;
     EXPECT_EQ(result.output, "");
     const Eigen::Isometry3d T = io::readTransform(folder.file("T.txt"));

@@ -216,7 +216,8 @@ TEST(Pcd, hostileHeaders)
   EXPECT_THAT(errorOf("a.pcd", pcdHeader("2", "binary", "SIZE 4 8 4 1 3\n")),
               HasSubstr("'ring' has TYPE U and SIZE 3"));
   EXPECT_THAT(errorOf("a.pcd", pcdHeader("2", "binary", "COUNT 1 1 1 4000000000 1\n")), HasSubstr("COUNT 4000000000"));
-  EXPECT_THAT(errorOf("a.pcd", pcdHeader("2", "binary", "TYPE I I F U U\n")), HasSubstr("x, y and z of TYPE F are needed"));
+  EXPECT_THAT(errorOf("a.pcd", pcdHeader("2", "binary", "TYPE I I F U U\n")),
+              HasSubstr("x, y and z of TYPE F are needed"));
   EXPECT_THAT(errorOf("a.pcd", pcdHeader("2", "binary", "SIZE 4 8\n")), HasSubstr("SIZE has 2 values, expected 5"));
   EXPECT_THAT(errorOf("a.pcd", pcdHeader("2", "binary_compressed") + bytesOf(4U) + bytesOf(4000000000U) + "abcd"),
               HasSubstr("compressed data give 4000000000 bytes"));
