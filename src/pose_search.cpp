@@ -201,8 +201,8 @@ public:
       if ((index_.mask(p) & bits_[static_cast<std::size_t>(i)]) != 0)
         continue;
       const Eigen::Vector3f ray = p - image_->viewpoint();
-      const float nearest = image_->nearest(image_->cell(ray));
-      votes += nearest > 0 && ray.norm() < options_.free_ratio * nearest - options_.free_margin;
+      const float free = image_->freeRange(image_->cell(ray));
+      votes += free > 0 && ray.norm() < options_.free_ratio * free - options_.free_margin;
     }
     return votes;
   }

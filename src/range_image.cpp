@@ -52,6 +52,28 @@ RangeImage::RangeImage(const Eigen::Matrix3Xf& points, const Eigen::Vector3f& vi
       nearest_[c] = range;
     farthest_[c] = std::max(farthest_[c], range);
   }
+  findFreeRanges();
+}
+
+void
+RangeImage::findFreeRanges()
+{
+  free_.assign(nearest_.size(), 0.f);
+  for (int face = 0; face < 6; ++face)
+    for (int row = 0; row < resolution_; ++row)
+      for (int column = 0; column < resolution_; ++column) {
+        const auto at = [&](int r, int c) {
+          return static_cast<std::size_t>((face * resolution_ + r) * resolution_ + c);
+        };
+        float least = nearest_[at(row, column)];
+        if (least == 0)
+          continue;
+        for (int r = std::max(0, row - 1); r <= std::min(resolution_ - 1, row + 1); ++r)
+          for (int c = std::max(0, column - 1); c <= std::min(resolution_ - 1, column + 1); ++c)
+            if (nearest_[at(r, c)] > 0)
+              least = std::min(least, nearest_[at(r, c)]);
+        free_[at(row, column)] = least;
+      }
 }
 
 double

@@ -73,10 +73,10 @@ collectEvidence(const OrientedSamples& samples,
     if (!(range > 0))
       continue;
     const std::size_t cell = image->cell(ray);
-    const float nearest = image->nearest(cell);
-    if (nearest == 0)
+    const float free = image->freeRange(cell);
+    if (free == 0)
       continue; // nothing was seen there
-    if (range < options.free_ratio * nearest - options.free_margin)
+    if (range < options.free_ratio * free - options.free_margin)
       evidence.contradicted += weight;
     else if (range < options.hidden_ratio * image->farthest(cell) + options.hidden_margin)
       evidence.unmatched += weight;

@@ -59,6 +59,13 @@ public:
   {
     return nearest_[cell];
   }
+  /// Range up to which a cell and its eight neighbours are free: their nearest return [m]; 0 when the cell has none.
+  /// A surface seen at a grazing angle spans many ranges within one cell; its neighbours tell.
+  float
+  freeRange(std::size_t cell) const
+  {
+    return free_[cell];
+  }
   /// Range of the farthest return in a cell [m]; 0 when there was none.
   float
   farthest(std::size_t cell) const
@@ -67,11 +74,15 @@ public:
   }
 
 private:
+  void
+  findFreeRanges();
+
   int resolution_ = 0; ///< cells along the edge of a face
   float half_ = 0;
   Eigen::Vector3f viewpoint_ = Eigen::Vector3f::Zero();
   std::vector<float> nearest_;
   std::vector<float> farthest_;
+  std::vector<float> free_;
 };
 
 /** \brief Share of the directions with several returns whose returns lie at two depths (METHOD point 11).
