@@ -113,8 +113,8 @@ thinScan(const ScanView& scan, double leaf, const Eigen::Vector3d& origin, doubl
   thinned.leaf = leaf;
   thinned.origin = origin;
   const double limit = std::min(max_distance > 0 ? max_distance : std::numeric_limits<double>::max(),
-                                (kHalfRange - 1) * leaf);
-  const double inverse_leaf = 1.0 / leaf;
+                                std::min<double>((kHalfRange - 1) * leaf, std::numeric_limits<float>::max()));
+  const double inverse_leaf = 1.0 / std::max(leaf, std::numeric_limits<double>::min()); // finite
   const auto n = static_cast<std::int64_t>(scan.count());
 
   std::vector<CodedPoint> coded(static_cast<std::size_t>(n));
@@ -124,7 +124,7 @@ thinScan(const ScanView& scan, double leaf, const Eigen::Vector3d& origin, doubl
     CodedPoint& c = coded[u];
     c.index = static_cast<std::uint32_t>(u);
     const Eigen::Vector3d p = scan.point(u).cast<double>() - origin;
-    if (!(p.cwiseAbs().maxCoeff() < limit)) { // also true for NaN
+    if (!(p.array().abs() < limit).all()) { // also true for NaN, which maxCoeff() may skip
       c.code = kDropped;
       continue;
     }
