@@ -17,12 +17,12 @@
 #include <cstdint>
 
 /// As spinning LiDARs give it, fields in an order of their own.
-struct RingPoint {
+struct EIGEN_ALIGN16 RingPoint {
   double time;
   PCL_ADD_POINT4D;
   std::uint16_t ring;
   PCL_MAKE_ALIGNED_OPERATOR_NEW
-} EIGEN_ALIGN16;
+};
 
 // clang-format off
 POINT_CLOUD_REGISTER_POINT_STRUCT(RingPoint,

@@ -53,10 +53,10 @@ struct Case {
   std::uint64_t seed; ///< of the rotation that the source is turned by about its sensor
 };
 
-void
-PrintTo(const Case& pair, std::ostream* stream)
+std::ostream&
+operator<<(std::ostream& stream, const Case& pair)
 {
-  *stream << pair.folder << ": " << pair.source << " -> " << pair.target;
+  return stream << pair.folder << ": " << pair.source << " -> " << pair.target;
 }
 
 Cloud::Ptr

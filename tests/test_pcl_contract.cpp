@@ -22,6 +22,7 @@
 #include <cstring>
 #include <limits>
 #include <numeric>
+#include <ostream>
 #include <set>
 #include <string>
 #include <vector>
@@ -117,7 +118,7 @@ sameBits(const pcl::PointCloud<PointT>& a, const pcl::PointCloud<PointT>& b)
     return false;
   }
   for (std::size_t i = 0; i < a.size(); ++i) {
-    if (std::memcmp(a[i].data, b[i].data, sizeof(a[i].data)) != 0) {
+    if (!sameBits(Eigen::Vector4f(a[i].getVector4fMap()), Eigen::Vector4f(b[i].getVector4fMap()))) {
       return false;
     }
   }

@@ -260,17 +260,17 @@ protected:
 
 private:
   /// A setting of the base that has no effect here, one bit each in \ref warned_.
-  enum Ignored : unsigned {
-    kTransformationEpsilon = 1U << 0U,
-    kRotationEpsilon = 1U << 1U,
-    kFitnessEpsilon = 1U << 2U,
-    kRansacIterations = 1U << 3U,
-    kRansacThreshold = 1U << 4U,
-    kTransformationEstimation = 1U << 5U,
-    kCorrespondenceEstimation = 1U << 6U,
-    kRejectors = 1U << 7U,
-    kSearchMethodSource = 1U << 8U,
-    kCorrespondenceDistance = 1U << 9U, // not ignored as such, but not a distance
+  enum class Ignored : unsigned {
+    TransformationEpsilon = 1U << 0U,
+    RotationEpsilon = 1U << 1U,
+    FitnessEpsilon = 1U << 2U,
+    RansacIterations = 1U << 3U,
+    RansacThreshold = 1U << 4U,
+    TransformationEstimation = 1U << 5U,
+    CorrespondenceEstimation = 1U << 6U,
+    Rejectors = 1U << 7U,
+    SearchMethodSource = 1U << 8U,
+    CorrespondenceDistance = 1U << 9U, // not ignored as such, but not a distance
   };
 
   /// Set \p candidate as the options when it is valid; the prepared scans are dropped when \p drops_prepared.

@@ -132,8 +132,8 @@ loadPair(const std::string& folder, const std::string& source, const std::string
     }
     auto source_cloud = pcl::make_shared<pcl::PointCloud<pcl::PointXYZ>>();
     auto target_cloud = pcl::make_shared<pcl::PointCloud<pcl::PointXYZ>>();
-    if (pcl::io::loadPCDFile(folder + "/" + source, *source_cloud) == 0 &&
-        pcl::io::loadPCDFile(folder + "/" + target, *target_cloud) == 0) {
+    if (pcl::io::loadPCDFile(std::string(folder).append("/").append(source), *source_cloud) == 0 &&
+        pcl::io::loadPCDFile(std::string(folder).append("/").append(target), *target_cloud) == 0) {
       pair.source = source_cloud;
       pair.target = target_cloud;
       pair.T_target_source = row.T_target_source;

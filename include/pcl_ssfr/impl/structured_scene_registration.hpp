@@ -48,10 +48,9 @@ constexpr bool
 hasNormal()
 {
   if constexpr (pcl::traits::has_normal_v<PointT>) {
-    using namespace pcl::fields;
-    return std::is_same_v<typename pcl::traits::datatype<PointT, normal_x>::type, float> &&
-           floatOffset<PointT, normal_y>() == floatOffset<PointT, normal_x>() + 1 &&
-           floatOffset<PointT, normal_z>() == floatOffset<PointT, normal_x>() + 2;
+    return std::is_same_v<typename pcl::traits::datatype<PointT, pcl::fields::normal_x>::type, float> &&
+           floatOffset<PointT, pcl::fields::normal_y>() == floatOffset<PointT, pcl::fields::normal_x>() + 1 &&
+           floatOffset<PointT, pcl::fields::normal_z>() == floatOffset<PointT, pcl::fields::normal_x>() + 2;
   }
   else {
     return false;
@@ -477,8 +476,9 @@ template <typename PointSource, typename PointTarget, typename Scalar>
 void
 StructuredSceneRegistration<PointSource, PointTarget, Scalar>::warnOnce(Ignored setting, bool changed, const char* text)
 {
-  if (changed && (warned_ & setting) == 0) {
-    warned_ |= setting;
+  const auto bit = static_cast<unsigned>(setting);
+  if (changed && (warned_ & bit) == 0) {
+    warned_ |= bit;
     detail::reportWarning(getClassName(), "align", text);
   }
 }
@@ -490,23 +490,27 @@ StructuredSceneRegistration<PointSource, PointTarget, Scalar>::warnOfIgnoredSett
   // Against the defaults of pcl::Registration. Exact comparison: they were either touched or not.
   const auto differs = [](double value, double standard) { return !(value <= standard && value >= standard); };
   constexpr double kDefaultInlierThreshold = 0.05;
-  warnOnce(kTransformationEpsilon, differs(transformation_epsilon_, 0), "setTransformationEpsilon has no effect");
   warnOnce(
-      kRotationEpsilon, differs(transformation_rotation_epsilon_, 0), "setTransformationRotationEpsilon has no effect");
-  warnOnce(kFitnessEpsilon,
+      Ignored::TransformationEpsilon, differs(transformation_epsilon_, 0), "setTransformationEpsilon has no effect");
+  warnOnce(Ignored::RotationEpsilon,
+           differs(transformation_rotation_epsilon_, 0),
+           "setTransformationRotationEpsilon has no effect");
+  warnOnce(Ignored::FitnessEpsilon,
            differs(euclidean_fitness_epsilon_, -std::numeric_limits<double>::max()),
            "setEuclideanFitnessEpsilon has no effect");
-  warnOnce(kRansacIterations, ransac_iterations_ != 0, "setRANSACIterations has no effect");
-  warnOnce(kRansacThreshold,
+  warnOnce(Ignored::RansacIterations, ransac_iterations_ != 0, "setRANSACIterations has no effect");
+  warnOnce(Ignored::RansacThreshold,
            differs(inlier_threshold_, kDefaultInlierThreshold),
            "setRANSACOutlierRejectionThreshold has no effect");
-  warnOnce(
-      kTransformationEstimation, transformation_estimation_ != nullptr, "setTransformationEstimation has no effect");
-  warnOnce(
-      kCorrespondenceEstimation, correspondence_estimation_ != nullptr, "setCorrespondenceEstimation has no effect");
-  warnOnce(kRejectors, !correspondence_rejectors_.empty(), "addCorrespondenceRejector has no effect");
-  warnOnce(kSearchMethodSource, tree_reciprocal_ != default_tree_, "setSearchMethodSource has no effect");
-  warnOnce(kCorrespondenceDistance,
+  warnOnce(Ignored::TransformationEstimation,
+           transformation_estimation_ != nullptr,
+           "setTransformationEstimation has no effect");
+  warnOnce(Ignored::CorrespondenceEstimation,
+           correspondence_estimation_ != nullptr,
+           "setCorrespondenceEstimation has no effect");
+  warnOnce(Ignored::Rejectors, !correspondence_rejectors_.empty(), "addCorrespondenceRejector has no effect");
+  warnOnce(Ignored::SearchMethodSource, tree_reciprocal_ != default_tree_, "setSearchMethodSource has no effect");
+  warnOnce(Ignored::CorrespondenceDistance,
            !(corr_dist_threshold_ > 0),
            "the maximum correspondence distance must be > 0; one from the data is used");
 }
