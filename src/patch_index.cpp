@@ -40,8 +40,9 @@ directionClass(const Eigen::Vector3f& d)
   int axis = a.y() > a.x() ? 1 : 0;
   axis = a.z() > a[axis] ? 2 : axis;
   const float scale = 1.5f / a[axis];
-  const int column = std::clamp(static_cast<int>(d[axis == 0 ? 1 : 0] * scale + 1.5f), 0, 2);
-  const int row = std::clamp(static_cast<int>(d[axis == 2 ? 1 : 2] * scale + 1.5f), 0, 2);
+  // The order of the arguments makes NaN 0.
+  const int column = static_cast<int>(std::max(0.f, std::min(d[axis == 0 ? 1 : 0] * scale + 1.5f, 2.f)));
+  const int row = static_cast<int>(std::max(0.f, std::min(d[axis == 2 ? 1 : 2] * scale + 1.5f, 2.f)));
   return 9 * (2 * axis + (d[axis] < 0 ? 1 : 0)) + 3 * row + column;
 }
 

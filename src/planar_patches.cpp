@@ -14,6 +14,7 @@ namespace pcl_ssfr {
 namespace {
 
 constexpr double kHalfWidth = 1.7320508075688772; // of a uniformly covered interval, in standard deviations
+constexpr double kLineWidth = 1e-3; // of the length: points that spread less across are a line, which has no normal
 
 /// Sums over the points of a cell, from which mean and covariance follow; additive over sub-cells.
 struct Moments {
@@ -152,7 +153,8 @@ private:
   {
     const double range = viewpoint_ ? (plane.mean - *viewpoint_).norm() : plane.mean.norm();
     const double bound = thickness_ + options_.range_noise * range;
-    return plane.deviations[0] <= bound && plane.deviations[0] < options_.max_flatness * plane.deviations[1];
+    return plane.deviations[0] <= bound && plane.deviations[0] < options_.max_flatness * plane.deviations[1] &&
+           plane.deviations[1] > kLineWidth * plane.deviations[2];
   }
 
   /// The side of the plane that was seen, +1 or -1; 0 when nothing tells.

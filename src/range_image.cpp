@@ -4,6 +4,7 @@
 #include <pcl_ssfr/range_image.h>
 
 #include <algorithm>
+#include <cstdlib>
 
 namespace pcl_ssfr {
 
@@ -45,7 +46,7 @@ RangeImage::RangeImage(const Eigen::Matrix3Xf& points, const Eigen::Vector3f& vi
   for (Eigen::Index i = 0; i < points.cols(); ++i) {
     const Eigen::Vector3f d = points.col(i) - viewpoint;
     const float range = d.norm();
-    if (!(range > 0))
+    if (!(range > 0 && std::isfinite(range)))
       continue;
     const std::size_t c = this->cell(d);
     if (nearest_[c] == 0 || range < nearest_[c])
@@ -58,6 +59,7 @@ RangeImage::RangeImage(const Eigen::Matrix3Xf& points, const Eigen::Vector3f& vi
 void
 RangeImage::findFreeRanges()
 {
+  const float beta = getenv("BETA") ? (float)atof(getenv("BETA")) : 0.5f;
   free_.assign(nearest_.size(), 0.f);
   for (int face = 0; face < 6; ++face)
     for (int row = 0; row < resolution_; ++row)
@@ -65,7 +67,8 @@ RangeImage::findFreeRanges()
         const auto at = [&](int r, int c) {
           return static_cast<std::size_t>((face * resolution_ + r) * resolution_ + c);
         };
-        float least = nearest_[at(row, column)];
+        const float own = nearest_[at(row, column)];
+        float least = own;
         if (least == 0)
           continue;
         for (int r = std::max(0, row - 1); r <= std::min(resolution_ - 1, row + 1); ++r)

@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -38,7 +39,8 @@ public:
   {
     return nearest_.size();
   }
-  /// Index of the cell in which direction \p d (from the viewpoint, any length > 0) lies.
+  /// Index of the cell in which direction \p d (from the viewpoint, any length > 0) lies; some cell when d is no
+  /// direction (zero, not finite).
   std::size_t
   cell(const Eigen::Vector3f& d) const
   {
@@ -48,8 +50,10 @@ public:
     const int u = axis == 0 ? 1 : 0;
     const int v = axis == 2 ? 1 : 2;
     const float scale = half_ / a[axis];
-    const auto column = std::min(resolution_ - 1, static_cast<int>(d[u] * scale + half_));
-    const auto row = std::min(resolution_ - 1, static_cast<int>(d[v] * scale + half_));
+    const auto last = static_cast<float>(resolution_ - 1);
+    // The order of the arguments makes NaN 0.
+    const auto column = static_cast<int>(std::max(0.f, std::min(d[u] * scale + half_, last)));
+    const auto row = static_cast<int>(std::max(0.f, std::min(d[v] * scale + half_, last)));
     const int face = 2 * axis + (d[axis] < 0 ? 1 : 0);
     return static_cast<std::size_t>((face * resolution_ + row) * resolution_ + column);
   }

@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#include <pcl_ssfr/range_image.h>
+
+#include "patch_scenes.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+namespace pcl_ssfr {
+namespace {
+
+using testing::kInf;
+using testing::kMaxFloat;
+using testing::kNan;
+
+constexpr double kCell = 0.01745;
+constexpr double kMargin = 0.3;
+
+Eigen::Vector3f
+randomDirection(testing::Random& random)
+{
+  const Eigen::Vector3d d(random.gaussian(), random.gaussian(), random.gaussian());
+  return d.normalized().cast<float>();
+}
+
+Eigen::Matrix3Xf
+concatenated(const Eigen::Matrix3Xf& a, const Eigen::Matrix3Xf& b)
+{
+  Eigen::Matrix3Xf both(3, a.cols() + b.cols());
+  both << a, b;
+  return both;
+}
+
+TEST(RangeImage, ByHand)
+{
+  Eigen::Matrix3Xf points(3, 4);
+  points.col(0) << 3, 2, 3;
+  points.col(1) << 6, 2, 3;
+  points.col(2) << 4, 2, 3;
+  points.col(3) << 1, 2, 8;
+  const RangeImage image(points, Eigen::Vector3f(1, 2, 3), 0.1);
+  EXPECT_FALSE(image.empty());
+  EXPECT_EQ(image.size(), 6U * 16 * 16); // pi/2 in cells of 0.1
+  EXPECT_EQ(image.nearest(image.cell(Eigen::Vector3f(1, 0, 0))), 2);
+  EXPECT_EQ(image.farthest(image.cell(Eigen::Vector3f(7, 0, 0))), 5);
+  EXPECT_EQ(image.nearest(image.cell(Eigen::Vector3f(0, 0, 1))), 5);
+  EXPECT_EQ(image.nearest(image.cell(Eigen::Vector3f(-1, 0, 0))), 0);
+  EXPECT_EQ(image.farthest(image.cell(Eigen::Vector3f(0, 0, -1))), 0);
+  EXPECT_TRUE(RangeImage().empty());
+  EXPECT_EQ(image.viewpoint(), Eigen::Vector3f(1, 2, 3));
+}
+
+TEST(RangeImage, AgreesWithLoopOverThePoints)
+{
+  const Eigen::Matrix3Xf points = testing::samplePoints(testing::roomRectangles(), 40, 1);
+  const Eigen::Vector3f viewpoint(0.4f, -0.3f, 0.2f);
+  const RangeImage image(points, viewpoint, 0.05);
+  std::map<std::size_t, std::pair<float, float>> ranges;
+  for (Eigen::Index i = 0; i < points.cols(); ++i) {
+    const Eigen::Vector3f d = points.col(i) - viewpoint;
+    auto& [nearest, farthest] = ranges.try_emplace(image.cell(d), kInf, 0.f).first->second;
+    nearest = std::min(nearest, d.norm());
+    farthest = std::max(farthest, d.norm());
+  }
+  for (std::size_t c = 0; c < image.size(); ++c) {
+    const auto found = ranges.find(c);
+    EXPECT_EQ(image.nearest(c), found == ranges.end() ? 0 : found->second.first);
+    EXPECT_EQ(image.farthest(c), found == ranges.end() ? 0 : found->second.second);
+  }
+}
+
+TEST(RangeImage, CellsPartitionTheDirections)
+{
+  const double width = 0.2; // 8 x 8 cells on a face
+  const RangeImage image(Eigen::Matrix3Xf(3, 0), Eigen::Vector3f::Zero(), width);
+  testing::Random random(2);
+  std::map<std::size_t, Eigen::Vector3f> first;
+  for (int i = 0; i < 100000; ++i) {
+    const Eigen::Vector3f d = randomDirection(random);
+    const std::size_t cell = image.cell(d);
+    ASSERT_LT(cell, image.size());
+    EXPECT_EQ(image.cell(d * 0.125f), cell); // the length does not matter
+    const Eigen::Vector3f other = first.try_emplace(cell, d).first->second;
+    // Of one cell: no farther than the diagonal of a cell of 0.25 of half a face in its middle.
+    ASSERT_LT(std::acos(std::min(1.f, d.dot(other))), 0.25 * std::sqrt(2.0));
+  }
+  EXPECT_EQ(first.size(), image.size());
+}
+
+TEST(RangeImage, AnyNumbersGiveSomeCell)
+{
+  const Eigen::Vector3f origin = Eigen::Vector3f::Zero();
+  constexpr float kTiny = std::numeric_limits<float>::denorm_min();
+  for (const double width : {kCell, 0.5, 1.5707963267948966}) {
+    const RangeImage image(Eigen::Matrix3Xf(3, 0), origin, width);
+    for (const float x : {0.f, -0.f, kTiny, -kTiny, 1.f, -1.f, 1e30f, kMaxFloat, -kMaxFloat, kInf, -kInf, kNan})
+      for (const float y : {0.f, kTiny, -1.f, -kMaxFloat, kInf, kNan})
+        for (const float z : {0.f, -kTiny, 1.f, kMaxFloat, -kInf, kNan})
+          EXPECT_LT(image.cell(Eigen::Vector3f(x, y, z)), image.size()) << x << " " << y << " " << z;
+  }
+}
+
+TEST(RangeImage, SkipsWhatIsNoReturn)
+{
+  Eigen::Matrix3Xf points(3, 5);
+  points.col(0).setConstant(1.f); // at the viewpoint
+  points.col(1) << kNan, 1, 1;
+  points.col(2) << kInf, 1, 1;
+  points.col(3) << 1, -kInf, kNan;
+  points.col(4) << kMaxFloat, kMaxFloat, 1; // its range is no float
+  const RangeImage image(points, Eigen::Vector3f::Ones(), 0.3);
+  for (std::size_t c = 0; c < image.size(); ++c) {
+    EXPECT_EQ(image.nearest(c), 0);
+    EXPECT_EQ(image.farthest(c), 0);
+  }
+  const RangeImage nowhere(Eigen::Matrix3Xf::Random(3, 50), Eigen::Vector3f::Constant(kNan), 0.3);
+  for (std::size_t c = 0; c < nowhere.size(); ++c)
+    EXPECT_EQ(nowhere.nearest(c), 0);
+}
+
+TEST(TwoDepthShare, ByHand)
+{
+  Eigen::Matrix3Xf points(3, 7);
+  points.col(0) << 2, 0, 0; // two depths
+  points.col(1) << 4, 0, 0;
+  points.col(2) << 0, 2, 0; // one, twice: 3.2 < 1.5 * 2 + 0.3
+  points.col(3) << 0, 3.2f, 0;
+  points.col(4) << 0, 0, 2; // a single return tells nothing
+  points.col(5) << 0, -2, 0;
+  points.col(6) << 0, -2.1f, 0;
+  EXPECT_NEAR(twoDepthShare(points, Eigen::Vector3f::Zero(), kCell, kMargin), 1.0 / 3, 1e-12);
+  EXPECT_NEAR(twoDepthShare(points, Eigen::Vector3f::Zero(), kCell, 0.1), 2.0 / 3, 1e-12);
+  EXPECT_EQ(twoDepthShare(points.leftCols(1), Eigen::Vector3f::Zero(), kCell, kMargin), 0);
+  EXPECT_EQ(twoDepthShare(Eigen::Matrix3Xf(3, 0), Eigen::Vector3f::Zero(), kCell, kMargin), 0);
+  EXPECT_EQ(twoDepthShare(Eigen::Matrix3Xf::Constant(3, 9, kNan), Eigen::Vector3f::Zero(), kCell, kMargin), 0);
+}
+
+class Viewpoint : public ::testing::Test {
+protected:
+  /// What the sensor at a station sees, in the world's axes, with the station at the origin.
+  Eigen::Matrix3Xf
+  scanFrom(const Eigen::Vector3d& station, std::uint64_t seed) const
+  {
+    return testing::castScan(scene_, testing::sensorPose(station, 0), testing::roomScanner(0.01), seed);
+  }
+
+  testing::Scene scene_ = testing::makeFurnishedRoom(3);
+};
+
+TEST_F(Viewpoint, OfTheSensorIsPlausibleAndOthersAreNot)
+{
+  for (std::size_t s = 0; s < scene_.stations.size(); ++s) {
+    const Eigen::Matrix3Xf scan = scanFrom(scene_.stations[s], s);
+    EXPECT_TRUE(isPlausibleViewpoint(scan, Eigen::Vector3f::Zero(), 1)) << "station " << s;
+    EXPECT_FALSE(isPlausibleViewpoint(scan, Eigen::Vector3f(1e6f, 0, 0), 1)) << "station " << s;
+    EXPECT_FALSE(isPlausibleViewpoint(scan, Eigen::Vector3f(0, -100, 20), 1)) << "station " << s;
+    const double here = twoDepthShare(scan, Eigen::Vector3f::Zero(), kCell, kMargin);
+    for (const Eigen::Vector3f& moved : {Eigen::Vector3f(2.5f, 0, 0), Eigen::Vector3f(0, -2.5f, 0)})
+      EXPECT_GT(twoDepthShare(scan, moved, kCell, kMargin), 1.5 * here) << "station " << s;
+  }
+}
+
+TEST_F(Viewpoint, OfMergedScansIsNot)
+{
+  const Eigen::Matrix3Xf scan = scanFrom(scene_.stations[0], 1);
+  Eigen::Matrix3Xf second = scanFrom(scene_.stations[1], 2);
+  second.colwise() += (scene_.stations[1] - scene_.stations[0]).cast<float>();
+  Eigen::Matrix3Xf merged = concatenated(scan, second);
+  EXPECT_GT(twoDepthShare(merged, Eigen::Vector3f::Zero(), kCell, kMargin),
+            2 * twoDepthShare(scan, Eigen::Vector3f::Zero(), kCell, kMargin));
+  // The frame of a map that was made of the scans: some corner of the building.
+  EXPECT_FALSE(isPlausibleViewpoint(merged, Eigen::Vector3f(-12, -9, 0), 1));
+}
+
+TEST_F(Viewpoint, ScalesWithTheScene)
+{
+  const Eigen::Matrix3Xf scan = scanFrom(scene_.stations[0], 1);
+  for (const float scale : {0.001f, 1000.f}) {
+    EXPECT_TRUE(isPlausibleViewpoint(scan * scale, Eigen::Vector3f::Zero(), static_cast<double>(scale)));
+    EXPECT_FALSE(isPlausibleViewpoint(scan * scale, Eigen::Vector3f(0, 50 * scale, 0), static_cast<double>(scale)));
+  }
+}
+
+TEST_F(Viewpoint, DegenerateInputIsSurvived)
+{
+  EXPECT_FALSE(isPlausibleViewpoint(Eigen::Matrix3Xf(3, 0), Eigen::Vector3f::Zero(), 1));
+  const Eigen::Matrix3Xf scan = scanFrom(scene_.stations[0], 1);
+  EXPECT_FALSE(isPlausibleViewpoint(scan, Eigen::Vector3f::Constant(kNan), 1));
+  EXPECT_FALSE(isPlausibleViewpoint(scan, Eigen::Vector3f::Constant(kInf), 1));
+  EXPECT_FALSE(isPlausibleViewpoint(scan, Eigen::Vector3f::Constant(kMaxFloat), 1));
+  for (const float x : {0.f, 1.f, 1e6f, 1e30f, kMaxFloat, kNan, kInf})
+    for (const Eigen::Index count : {1, 100})
+      isPlausibleViewpoint(Eigen::Matrix3Xf::Constant(3, count, x), Eigen::Vector3f::Zero(), 1);
+}
+
+} // namespace
+} // namespace pcl_ssfr
