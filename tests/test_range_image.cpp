@@ -168,14 +168,21 @@ TEST_F(Viewpoint, OfTheSensorIsPlausibleAndOthersAreNot)
 
 TEST_F(Viewpoint, OfMergedScansIsNot)
 {
-  const Eigen::Matrix3Xf scan = scanFrom(scene_.stations[0], 1);
-  Eigen::Matrix3Xf second = scanFrom(scene_.stations[1], 2);
-  second.colwise() += (scene_.stations[1] - scene_.stations[0]).cast<float>();
-  Eigen::Matrix3Xf merged = concatenated(scan, second);
-  EXPECT_GT(twoDepthShare(merged, Eigen::Vector3f::Zero(), kCell, kMargin),
-            2 * twoDepthShare(scan, Eigen::Vector3f::Zero(), kCell, kMargin));
-  // The frame of a map that was made of the scans: some corner of the building.
-  EXPECT_FALSE(isPlausibleViewpoint(merged, Eigen::Vector3f(-12, -9, 0), 1));
+  for (std::size_t a = 0; a < scene_.stations.size(); ++a)
+    for (std::size_t b = 0; b < scene_.stations.size(); ++b) {
+      if (a == b)
+        continue;
+      SCOPED_TRACE(::testing::Message() << "stations " << a << " and " << b);
+      const Eigen::Matrix3Xf scan = scanFrom(scene_.stations[a], 1);
+      Eigen::Matrix3Xf second = scanFrom(scene_.stations[b], 2);
+      second.colwise() += (scene_.stations[b] - scene_.stations[a]).cast<float>();
+      const Eigen::Matrix3Xf merged = concatenated(scan, second);
+      EXPECT_GT(twoDepthShare(merged, Eigen::Vector3f::Zero(), kCell, kMargin),
+                2 * twoDepthShare(scan, Eigen::Vector3f::Zero(), kCell, kMargin));
+      // Neither the sensor of one of them nor the frame of a map made of them, some corner of the building.
+      EXPECT_FALSE(isPlausibleViewpoint(merged, Eigen::Vector3f::Zero(), 1));
+      EXPECT_FALSE(isPlausibleViewpoint(merged, Eigen::Vector3f(-12, -9, 0), 1));
+    }
 }
 
 TEST_F(Viewpoint, ScalesWithTheScene)

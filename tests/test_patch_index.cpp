@@ -1,0 +1,301 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#include <pcl_ssfr/patch_index.h>
+
+#include "patch_scenes.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+namespace pcl_ssfr {
+namespace {
+
+using testing::addPatch;
+using testing::kInf;
+using testing::kMaxFloat;
+using testing::kNan;
+
+constexpr double kReach = 0.75; // voxels that a patch reaches around itself
+
+PatchIndex::Tolerance
+tolerance(float distance, float lateral)
+{
+  PatchIndex::Tolerance t;
+  t.distance = distance;
+  t.lateral = lateral;
+  return t;
+}
+
+/// A wall of 4 x 2 m at x = 1 that faces +x.
+PlanarPatches
+oneWall()
+{
+  PlanarPatches patches;
+  addPatch(patches, {Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(0, 2, 0), Eigen::Vector3d(0, 0, 1)});
+  return patches;
+}
+
+Eigen::Vector3f
+randomPlace(testing::Random& random, double size)
+{
+  return Eigen::Vector3d(random.uniform(-size, size), random.uniform(-size, size), random.uniform(-size, size))
+      .cast<float>();
+}
+
+TEST(DirectionClass, EveryClassHoldsItsOwnCentre)
+{
+  std::set<int> classes;
+  for (int axis = 0; axis < 3; ++axis)
+    for (const float side : {1.f, -1.f})
+      for (int u = -1; u <= 1; ++u)
+        for (int v = -1; v <= 1; ++v) {
+          Eigen::Vector3f d;
+          d[axis] = side;
+          d[(axis + 1) % 3] = static_cast<float>(u) * 0.6f;
+          d[(axis + 2) % 3] = static_cast<float>(v) * 0.6f;
+          const int c = directionClass(d);
+          EXPECT_TRUE(c >= 0 && c < kDirectionClasses);
+          EXPECT_EQ(directionClass(100 * d), c);
+          EXPECT_EQ(directionClassesNear(d.normalized(), 0), std::uint64_t{1} << c);
+          classes.insert(c);
+        }
+  EXPECT_EQ(classes.size(), static_cast<std::size_t>(kDirectionClasses));
+}
+
+TEST(DirectionClass, NearClassesGrowWithTheAngle)
+{
+  testing::Random random(1);
+  for (int trial = 0; trial < 200; ++trial) {
+    const Eigen::Vector3f d = randomPlace(random, 1).normalized(), other = randomPlace(random, 1).normalized();
+    const std::uint64_t bits = directionClassesNear(d, 0.5), own = std::uint64_t{1} << directionClass(d);
+    EXPECT_NE(bits & own, 0U);
+    EXPECT_EQ(bits & ~directionClassesNear(d, 0.8), 0U);
+    // No member of a class is farther than 0.35 rad from its centre.
+    const double angle = std::acos(std::clamp(d.dot(other), -1.f, 1.f));
+    const bool near = (bits >> directionClass(other) & 1) != 0;
+    EXPECT_TRUE(near || angle > 0.15);
+    EXPECT_FALSE(near && angle > 0.85);
+  }
+  EXPECT_EQ(directionClassesNear(Eigen::Vector3f::UnitX(), 3.14159265358979),
+            (std::uint64_t{1} << kDirectionClasses) - 1);
+}
+
+TEST(DirectionClass, AnyNumbersGiveSomeClass)
+{
+  for (const float x : {0.f, 1e-45f, -1.f, kMaxFloat, -kInf, kNan})
+    for (const float y : {0.f, -1e-45f, -kMaxFloat, kInf, kNan})
+      for (const float z : {0.f, 1.f, kMaxFloat, kInf, kNan}) {
+        const int c = directionClass(Eigen::Vector3f(x, y, z));
+        EXPECT_TRUE(c >= 0 && c < kDirectionClasses) << x << " " << y << " " << z;
+      }
+}
+
+TEST(PatchIndex, ByHand)
+{
+  const PatchIndex index(oneWall(), 0.5);
+  ASSERT_FALSE(index.empty());
+  EXPECT_EQ(index.voxel(), 0.5);
+  EXPECT_TRUE(index.centroid(0).isApprox(Eigen::Vector3f(1, 0, 0)));
+  EXPECT_TRUE(index.normal(0).isApprox(Eigen::Vector3f::UnitX()));
+  const Eigen::Vector3f facing = Eigen::Vector3f::UnitX();
+  const PatchIndex::Tolerance t = tolerance(0.12f, 0.1f);
+  EXPECT_EQ(index.find(Eigen::Vector3f(1, 0, 0), facing, t), 0);
+  EXPECT_EQ(index.find(Eigen::Vector3f(1.1f, 1.9f, -0.9f), facing, t), 0);
+  EXPECT_EQ(index.find(Eigen::Vector3f(0.9f, 2.05f, 1.05f), facing, t), 0);
+  EXPECT_EQ(index.find(Eigen::Vector3f(1.13f, 0, 0), facing, t), -1); // off the plane
+  EXPECT_EQ(index.find(Eigen::Vector3f(1, 2.15f, 0), facing, t), -1); // beyond the long edge
+  EXPECT_EQ(index.find(Eigen::Vector3f(1, 0, 1.15f), facing, t), -1); // beyond the short edge
+  EXPECT_EQ(index.find(Eigen::Vector3f(1, 0, 0), -facing, t), -1);    // the other side
+  EXPECT_EQ(index.find(Eigen::Vector3f(1, 0, 0), Eigen::Vector3f::UnitY(), t), -1);
+  EXPECT_EQ(index.find(Eigen::Vector3f(50, 0, 0), facing, t), -1); // outside of the grid
+  PatchIndex::Tolerance either = t;
+  either.either_side = true;
+  EXPECT_EQ(index.find(Eigen::Vector3f(1, 0, 0), -facing, either), 0);
+  // The angle between the normals, on both sides of its bound.
+  const auto turned = [](float angle) { return Eigen::Vector3f(std::cos(angle), std::sin(angle), 0); };
+  EXPECT_EQ(index.find(Eigen::Vector3f(1, 0, 0), turned(std::acos(t.min_cos) - 0.01f), t), 0);
+  EXPECT_EQ(index.find(Eigen::Vector3f(1, 0, 0), turned(std::acos(t.min_cos) + 0.01f), t), -1);
+  // Masks.
+  const auto sees = [&](const Eigen::Vector3f& p, const Eigen::Vector3f& n) {
+    return (index.mask(p) >> directionClass(n) & 1) != 0;
+  };
+  EXPECT_TRUE(sees(Eigen::Vector3f(1, 1.9f, 0.9f), facing));
+  EXPECT_FALSE(sees(Eigen::Vector3f(1, 1.9f, 0.9f), -facing));
+  EXPECT_FALSE(sees(Eigen::Vector3f(1, 1.9f, 0.9f), Eigen::Vector3f::UnitZ()));
+  EXPECT_EQ(index.mask(Eigen::Vector3f(2.1f, 0, 0)), 0U); // in the grid, away from the wall
+  EXPECT_EQ(index.mask(Eigen::Vector3f(-70, 0, 0)), 0U);
+}
+
+TEST(PatchIndex, MasksOfUnorientedPatchesHoldBothSides)
+{
+  PlanarPatches patches = oneWall();
+  patches.samples.oriented = false;
+  const PatchIndex index(patches, 0.5);
+  const std::uint64_t mask = index.mask(Eigen::Vector3f(1, 0, 0));
+  EXPECT_NE(mask >> directionClass(Eigen::Vector3f::UnitX()) & 1, 0U);
+  EXPECT_NE(mask >> directionClass(-Eigen::Vector3f::UnitX()) & 1, 0U);
+}
+
+/// Against a loop over all patches. A patch is found at least from the voxels that lie wholly within its reach, and at
+/// most from those that touch it.
+TEST(PatchIndex, AgreesWithLoopOverAllPatches)
+{
+  const PlanarPatches patches = testing::randomPatches(400, 5, 1.2, 2);
+  testing::Random random(3);
+  for (const double voxel : {0.2, 0.5, 1.1}) {
+    const PatchIndex index(patches, voxel);
+    for (const bool either_side : {false, true}) {
+      PatchIndex::Tolerance t = tolerance(static_cast<float>(0.3 * voxel), static_cast<float>(0.3 * voxel));
+      t.either_side = either_side;
+      int certainly_found = 0;
+      for (int trial = 0; trial < 4000; ++trial) {
+        // Places on or near some patch, and normals near its normal; the loop judges them against all.
+        const Eigen::Index near = random.index(400);
+        const Eigen::Vector3f p = (patches.samples.points.col(near) +
+                                   random.uniform(-1, 1) * patches.samples.extents[near] * patches.majors.col(near))
+                                      .cast<float>() +
+                                  randomPlace(random, 0.2 * voxel);
+        const Eigen::Vector3f n = (patches.samples.normals.col(near).cast<float>() * (random.index(2) ? 1.f : -1.f) +
+                                   randomPlace(random, 0.2))
+                                      .normalized();
+        double nearest_possible = kInf, nearest_certain = kInf;
+        const auto distanceTo = [&](Eigen::Index i) {
+          return std::abs(patches.samples.normals.col(i).dot(p.cast<double>() - patches.samples.points.col(i)));
+        };
+        for (Eigen::Index i = 0; i < patches.size(); ++i) {
+          const Eigen::Vector3d normal = patches.samples.normals.col(i), major = patches.majors.col(i);
+          const Eigen::Vector3d minor = normal.cross(major), d = p.cast<double>() - patches.samples.points.col(i);
+          const double cosine = normal.dot(n.cast<double>());
+          const auto excess = [&](double slack, double reach_slack) {
+            // Largest excess over any bound: negative when all hold with that slack.
+            const double half_voxel = 0.5 * voxel;
+            return std::max(
+                {static_cast<double>(t.min_cos) - (either_side ? std::abs(cosine) : cosine) + 1e-6 * slack,
+                 std::abs(d.dot(normal)) - static_cast<double>(t.distance) + 1e-5 * slack,
+                 std::abs(d.dot(major)) - patches.samples.extents[i] - static_cast<double>(t.lateral) + 1e-5 * slack,
+                 std::abs(d.dot(minor)) - patches.half_minors[i] - static_cast<double>(t.lateral) + 1e-5 * slack,
+                 std::abs(d.dot(normal)) - kReach * voxel + reach_slack * half_voxel * normal.lpNorm<1>(),
+                 std::abs(d.dot(major)) - patches.samples.extents[i] - kReach * voxel +
+                     reach_slack * half_voxel * major.lpNorm<1>(),
+                 std::abs(d.dot(minor)) - patches.half_minors[i] - kReach * voxel +
+                     reach_slack * half_voxel * minor.lpNorm<1>()});
+          };
+          if (excess(-1, -1.01) <= 0)
+            nearest_possible = std::min(nearest_possible, distanceTo(i));
+          if (excess(1, 1.01) <= 0)
+            nearest_certain = std::min(nearest_certain, distanceTo(i));
+        }
+        const int found = index.find(p, n, t);
+        const double distance = found < 0 ? kInf : distanceTo(found);
+        ASSERT_GE(distance, nearest_possible - 1e-5);
+        ASSERT_LE(distance, nearest_certain + 1e-5);
+        certainly_found += std::isfinite(nearest_certain);
+        if (std::isfinite(nearest_certain)) {
+          // The search over poses must not overlook it.
+          ASSERT_NE(index.mask(p) & directionClassesNear(index.normal(found), 0), 0U);
+        }
+      }
+      EXPECT_GT(certainly_found, either_side ? 400 : 200);
+    }
+  }
+}
+
+TEST(PatchIndex, OrderOfThePatchesDoesNotMatter)
+{
+  const PlanarPatches patches = testing::randomPatches(200, 4, 1, 4);
+  PlanarPatches reversed;
+  for (Eigen::Index i = patches.size() - 1; i >= 0; --i) {
+    const Eigen::Vector3d minor = patches.samples.normals.col(i).cross(patches.majors.col(i));
+    addPatch(reversed,
+             {patches.samples.points.col(i),
+              patches.samples.extents[i] * patches.majors.col(i),
+              patches.half_minors[i] * minor});
+  }
+  const PatchIndex a(patches, 0.5), b(reversed, 0.5);
+  testing::Random random(5);
+  int found = 0;
+  for (int trial = 0; trial < 3000; ++trial) {
+    const Eigen::Vector3f p = randomPlace(random, 4), n = randomPlace(random, 1).normalized();
+    PatchIndex::Tolerance t = tolerance(0.3f, 0.3f);
+    t.min_cos = 0.5f;
+    const int i = a.find(p, n, t), j = b.find(p, n, t);
+    EXPECT_EQ(a.mask(p), b.mask(p));
+    EXPECT_EQ(i, j < 0 ? -1 : 199 - j);
+    found += i >= 0;
+  }
+  EXPECT_GT(found, 100);
+}
+
+TEST(PatchIndex, VoxelGrowsUntilTheGridFits)
+{
+  const PlanarPatches patches = testing::randomPatches(50, 100, 1, 6);
+  const PatchIndex index(patches, 0.1, 10000);
+  EXPECT_GT(index.voxel(), 200 / std::cbrt(10000) * 0.9);
+  EXPECT_LT(index.voxel(), 230 / std::cbrt(10000) * 1.3);
+  for (int i = 0; i < 50; ++i) // each is still found at its own centroid
+    EXPECT_GE(index.find(index.centroid(i), index.normal(i), tolerance(0.3f, 0.3f)), 0);
+}
+
+TEST(PatchIndex, Empty)
+{
+  for (const PatchIndex& index : {PatchIndex(), PatchIndex(PlanarPatches(), 0.5)}) {
+    EXPECT_TRUE(index.empty());
+    EXPECT_EQ(index.mask(Eigen::Vector3f::Zero()), 0U);
+    EXPECT_EQ(index.find(Eigen::Vector3f::Zero(), Eigen::Vector3f::UnitX(), PatchIndex::Tolerance()), -1);
+  }
+}
+
+TEST(PatchIndex, PlacesThatAreNoPlaces)
+{
+  const PatchIndex index(oneWall(), 0.5);
+  for (const float x : {kNan, kInf, -kInf, kMaxFloat, -kMaxFloat})
+    for (int axis = 0; axis < 3; ++axis) {
+      Eigen::Vector3f p(1, 0, 0);
+      p[axis] = x;
+      EXPECT_EQ(index.mask(p), 0U);
+      EXPECT_EQ(index.find(p, Eigen::Vector3f::UnitX(), PatchIndex::Tolerance()), -1);
+    }
+}
+
+TEST(PatchIndex, SurvivesExtremeScales)
+{
+  for (const double scale : {1e-300, 1e-40, 1e-20, 1e6, 1e18, 1e30, 1e38}) {
+    PlanarPatches patches = testing::randomPatches(20, 1, 0.3, 7);
+    patches.samples.points *= scale;
+    patches.samples.extents *= scale;
+    patches.half_minors *= scale;
+    for (const double voxel : {0.2 * scale, 1e-3, 1e6}) {
+      const PatchIndex index(patches, voxel);
+      EXPECT_GE(index.voxel(), voxel);
+      for (int i = 0; i < 20; ++i)
+        index.find(index.centroid(i), index.normal(i), tolerance(0.3f, 0.3f));
+      if (scale >= 1e6 && scale <= 1e18) {
+        EXPECT_GE(index.find(index.centroid(0), index.normal(0), tolerance(0.3f, 0.3f)), 0) << scale;
+      }
+    }
+  }
+  // Two patches as far apart as numbers get.
+  PlanarPatches apart;
+  addPatch(apart, {Eigen::Vector3d::Constant(-3e38), Eigen::Vector3d(0, 2, 0), Eigen::Vector3d(0, 0, 1)});
+  addPatch(apart, {Eigen::Vector3d::Constant(3e38), Eigen::Vector3d(0, 1e38, 0), Eigen::Vector3d(0, 0, 1)});
+  const PatchIndex index(apart, 0.5);
+  index.find(index.centroid(1), index.normal(1), tolerance(0.3f, 0.3f));
+}
+
+TEST(PatchIndex, KeepsPlacesFarFromTheOrigin)
+{
+  PlanarPatches patches = oneWall();
+  patches.samples.points.colwise() += Eigen::Vector3d(1e6, -1e6, 1e6);
+  const PatchIndex index(patches, 0.5);
+  EXPECT_EQ(index.find(Eigen::Vector3f(1000001, -1000001, 1000000), Eigen::Vector3f::UnitX(), tolerance(0.2f, 0.2f)),
+            0);
+  EXPECT_EQ(index.find(Eigen::Vector3f(1000002, -1000001, 1000000), Eigen::Vector3f::UnitX(), tolerance(0.2f, 0.2f)),
+            -1);
+}
+
+} // namespace
+} // namespace pcl_ssfr

@@ -1,0 +1,283 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#include <pcl_ssfr/refinement.h>
+
+#include "patch_scenes.h"
+#include "pose_matchers.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace pcl_ssfr {
+namespace {
+
+using testing::addPatch;
+using testing::IsPoseNear;
+using testing::kMaxFloat;
+using testing::kNan;
+using testing::viewOf;
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+
+constexpr double kLeaf = 0.04;
+constexpr double kThickness = 1e-4; // exact planes only: no patch that rounds a corner
+
+/// A scan of exact planes, as the refinement takes it.
+struct Scan {
+  ThinnedCloud cloud;
+  PlanarPatches patches;
+  PatchIndex index;
+  SurfacePoints surface;
+};
+
+/// The room seen from a pose, in the frame of the sensor there; \p seed draws the points.
+Scan
+makeScan(const std::vector<testing::Rectangle>& rectangles, const Eigen::Isometry3d& T_world_sensor, std::uint64_t seed)
+{
+  const Eigen::Matrix3Xf points =
+      testing::transformed(T_world_sensor.inverse(), testing::samplePoints(rectangles, 600, seed));
+  Scan scan;
+  scan.cloud = thinScan(viewOf(points), kLeaf, Eigen::Vector3d::Zero());
+  const Eigen::Vector3d viewpoint = Eigen::Vector3d::Zero();
+  PatchOptions options;
+  options.range_noise = 0;
+  options.coarsest_level = 5;
+  scan.patches = extractPatches(scan.cloud, &viewpoint, kThickness, options);
+  scan.index = PatchIndex(scan.patches, 0.4);
+  scan.surface = drawSurfacePoints(scan.cloud, scan.patches, 6);
+  return scan;
+}
+
+Eigen::Isometry3d
+smallMotion(double angle, const Eigen::Vector3d& axis, const Eigen::Vector3d& shift)
+{
+  Vector6 motion;
+  motion << angle * axis.normalized(), shift;
+  return expSe3(motion);
+}
+
+RefinementOptions
+options()
+{
+  RefinementOptions o;
+  o.match.distance = 0.4f;
+  o.final_distance = 0.03;
+  o.steps = 20;
+  return o;
+}
+
+class RefinementOfTheRoom : public ::testing::Test {
+protected:
+  const Eigen::Isometry3d T_world_target_ =
+      smallMotion(0.4, Eigen::Vector3d(0.1, 0.2, 1), Eigen::Vector3d(0.2, 0.1, 0.1));
+  const Eigen::Isometry3d T_world_source_ =
+      smallMotion(-1.1, Eigen::Vector3d(0.1, -0.1, 1), Eigen::Vector3d(-0.5, -0.3, 0.2));
+  const Scan target_ = makeScan(testing::roomRectangles(), T_world_target_, 1);
+  const Scan source_ = makeScan(testing::roomRectangles(), T_world_source_, 2);
+  const Eigen::Isometry3d truth_ = testing::relativePose(T_world_target_, T_world_source_);
+};
+
+TEST(ExpSe3, ByHand)
+{
+  Vector6 motion = Vector6::Zero();
+  EXPECT_TRUE(expSe3(motion).isApprox(Eigen::Isometry3d::Identity()));
+  motion << 0, 0, std::acos(-1.0) / 2, 1, 2, 3;
+  EXPECT_TRUE((expSe3(motion) * Eigen::Vector3d(1, 0, 0)).isApprox(Eigen::Vector3d(1, 3, 3), 1e-12));
+  motion.head<3>() *= 1e-200;
+  EXPECT_TRUE(testing::isRigid(expSe3(motion), 1e-12));
+}
+
+TEST_F(RefinementOfTheRoom, PatchesRecoverASmallMotion)
+{
+  testing::Random random(3);
+  for (int trial = 0; trial < 8; ++trial) {
+    const Eigen::Isometry3d start =
+        smallMotion(0.04, testing::randomRotation(random).col(0), 0.12 * testing::randomRotation(random).col(0)) *
+        truth_;
+    const Refinement refined = refinePatches(source_.patches, target_.index, start, options());
+    EXPECT_THAT(refined.T_target_source, IsPoseNear(truth_, 1e-3, 1e-3)) << trial;
+    EXPECT_LT(refined.rms, 1e-3);
+    EXPECT_GT(refined.matches, source_.patches.size() / 2);
+    EXPECT_GE(refined.steps, 2);
+    EXPECT_LE(refined.steps, 20);
+  }
+}
+
+TEST_F(RefinementOfTheRoom, MutualPolishRecoversASmallMotion)
+{
+  testing::Random random(4);
+  for (int trial = 0; trial < 8; ++trial) {
+    const Eigen::Isometry3d start =
+        smallMotion(0.03, testing::randomRotation(random).col(0), 0.1 * testing::randomRotation(random).col(0)) *
+        truth_;
+    const Refinement refined =
+        refineMutual(source_.surface, source_.index, target_.surface, target_.index, start, options());
+    EXPECT_THAT(refined.T_target_source, IsPoseNear(truth_, 1e-3, 1e-3)) << trial;
+    // The roles change, the answer does not.
+    const Refinement back =
+        refineMutual(target_.surface, target_.index, source_.surface, source_.index, start.inverse(), options());
+    EXPECT_THAT(back.T_target_source.inverse(), IsPoseNear(refined.T_target_source, 1e-4, 1e-4)) << trial;
+  }
+}
+
+TEST_F(RefinementOfTheRoom, TruthStays)
+{
+  const Refinement refined = refinePatches(source_.patches, target_.index, truth_, options());
+  EXPECT_THAT(refined.T_target_source, IsPoseNear(truth_, 1e-5, 1e-5));
+  EXPECT_LT(refined.steps, 20); // it stops when nothing moves
+}
+
+/// Half the weighted mean square distance of the patches' points to the planes they are matched to at the truth.
+double
+surfaceCost(const Scan& source,
+            const Scan& target,
+            const Eigen::Isometry3d& T_match,
+            const Eigen::Isometry3d& T,
+            const PatchIndex::Tolerance& tolerance)
+{
+  double cost = 0;
+  for (Eigen::Index i = 0; i < source.patches.size(); ++i) {
+    const auto u = static_cast<std::size_t>(i);
+    const Eigen::Vector3f p = (T_match * source.patches.samples.points.col(i)).cast<float>();
+    const Eigen::Vector3f n = (T_match.linear() * source.patches.samples.normals.col(i)).cast<float>();
+    const int match = target.index.find(p, n, tolerance);
+    if (match < 0)
+      continue;
+    for (std::uint32_t k = 0; k < source.patches.counts[u]; ++k) {
+      const Eigen::Vector3d q = T * source.cloud.points.col(source.patches.first_point[u] + k).cast<double>();
+      const double r = (q - target.index.centroid(match).cast<double>()).dot(target.index.normal(match).cast<double>());
+      cost += 0.5 * source.patches.samples.weights[i] / source.patches.counts[u] * r * r;
+    }
+  }
+  return cost;
+}
+
+TEST_F(RefinementOfTheRoom, HessianIsTheCurvatureOfTheSquaredDistances)
+{
+  RefinementOptions one_step = options();
+  one_step.steps = 1;
+  one_step.match.distance = 0.1f;
+  const Refinement refined = refinePatches(source_.patches, target_.index, truth_, one_step);
+  constexpr double kStep = 1e-3;
+  const auto cost = [&](const Vector6& motion) {
+    const Eigen::Isometry3d moved =
+        Eigen::Translation3d(refined.centre) * expSe3(motion) * Eigen::Translation3d(-refined.centre) * truth_;
+    return surfaceCost(source_, target_, truth_, moved, one_step.match);
+  };
+  Matrix6 numerical;
+  for (int a = 0; a < 6; ++a)
+    for (int b = 0; b < 6; ++b) {
+      const Vector6 da = kStep * Vector6::Unit(a), db = kStep * Vector6::Unit(b);
+      numerical(a, b) = (cost(da + db) - cost(da - db) - cost(db - da) + cost(-da - db)) / (4 * kStep * kStep);
+    }
+  EXPECT_LT((refined.hessian - numerical).norm(), 1e-3 * numerical.norm()) << refined.hessian << "\n\n" << numerical;
+  EXPECT_TRUE(refined.hessian.isApprox(refined.hessian.transpose(), 1e-9));
+  EXPECT_NEAR(refined.hessian.bottomRightCorner(3, 3).trace(), refined.weight, 1e-6 * refined.weight);
+}
+
+TEST_F(RefinementOfTheRoom, AStrayWallDoesNotPullThePose)
+{
+  // A board 12 cm in front of a wall, in the source only: a robust kernel lets it go.
+  std::vector<testing::Rectangle> changed = testing::roomRectangles();
+  changed.push_back({Eigen::Vector3d(-2.88, 0.2, 0.2), Eigen::Vector3d(0, 1, 0), Eigen::Vector3d(0, 0, 0.8)});
+  const Scan source = makeScan(changed, T_world_source_, 5);
+  const Refinement refined = refinePatches(source.patches, target_.index, truth_, options());
+  EXPECT_THAT(refined.T_target_source, IsPoseNear(truth_, 1e-3, 1e-3));
+}
+
+TEST_F(RefinementOfTheRoom, WithoutMatchesThePoseStays)
+{
+  const Eigen::Isometry3d away = truth_ * Eigen::Translation3d(100, 0, 0);
+  const Refinement refined = refinePatches(source_.patches, target_.index, away, options());
+  EXPECT_EQ(refined.matches, 0);
+  EXPECT_EQ(refined.steps, 1);
+  EXPECT_THAT(refined.T_target_source, IsPoseNear(away, 1e-9, 1e-9));
+  EXPECT_TRUE(refined.hessian.isZero());
+  const Refinement mutual =
+      refineMutual(source_.surface, source_.index, target_.surface, target_.index, away, options());
+  EXPECT_EQ(mutual.matches, 0);
+  EXPECT_THAT(mutual.T_target_source, IsPoseNear(away, 1e-9, 1e-9));
+}
+
+TEST_F(RefinementOfTheRoom, EmptyScans)
+{
+  const PlanarPatches none;
+  EXPECT_EQ(refinePatches(none, target_.index, truth_, options()).matches, 0);
+  EXPECT_EQ(refinePatches(source_.patches, PatchIndex(), truth_, options()).matches, 0);
+  const SurfacePoints no_points = drawSurfacePoints(ThinnedCloud(), none, 5);
+  EXPECT_EQ(no_points.points.cols(), 0);
+  const Refinement mutual = refineMutual(no_points, PatchIndex(), target_.surface, target_.index, truth_, options());
+  EXPECT_EQ(mutual.matches, 0);
+  EXPECT_THAT(mutual.T_target_source, IsPoseNear(truth_, 1e-12, 1e-12));
+}
+
+TEST_F(RefinementOfTheRoom, PosesThatAreNoneAreSurvived)
+{
+  for (const double x : {static_cast<double>(kNan), 1e30, 1e300, static_cast<double>(kMaxFloat)}) {
+    Eigen::Isometry3d T = truth_;
+    T.translation().x() = x;
+    EXPECT_EQ(refinePatches(source_.patches, target_.index, T, options()).matches, 0) << x;
+    EXPECT_EQ(refineMutual(source_.surface, source_.index, target_.surface, target_.index, T, options()).matches, 0);
+  }
+}
+
+TEST(RefinePatches, MotionsThatNothingBindsAreNotMoved)
+{
+  // Floor only: height and tilt are bound, the shift along it and the turn about the vertical are not.
+  PlanarPatches source, target;
+  for (const double x : {-2.0, 0.0, 2.0}) {
+    addPatch(source, {Eigen::Vector3d(x, 0.3 * x * x, 0.1), Eigen::Vector3d(0.5, 0, 0), Eigen::Vector3d(0, 0.4, 0)});
+    addPatch(source, {Eigen::Vector3d(x, 1.5, 0.1), Eigen::Vector3d(0.5, 0, 0), Eigen::Vector3d(0, 0.4, 0)});
+  }
+  addPatch(target, {Eigen::Vector3d::Zero(), Eigen::Vector3d(5, 0, 0), Eigen::Vector3d(0, 4, 0)});
+  const Eigen::Isometry3d start = smallMotion(0.02, Eigen::Vector3d(1, 0.5, 0), Eigen::Vector3d(0.3, -0.2, 0.03));
+  const Refinement refined = refinePatches(source, PatchIndex(target, 0.5), start, options());
+  EXPECT_EQ(refined.matches, 6);
+  EXPECT_LT(refined.rms, 1e-4);
+  const Eigen::Isometry3d moved = refined.T_target_source * start.inverse();
+  EXPECT_NEAR(moved.linear()(1, 0), 0, 1e-3); // no turn about z
+  const Eigen::Vector3d middle = start * Eigen::Vector3d(0, 0.8, 0.1);
+  EXPECT_LT((moved * middle - middle).head<2>().norm(), 5e-3);
+  EXPECT_NEAR((refined.T_target_source * Eigen::Vector3d(0, 0, 0.1)).z(), 0, 1e-4);
+}
+
+TEST(RefinePatches, OnePlaneOfOnePatchIsTooFew)
+{
+  PlanarPatches one;
+  addPatch(one, {Eigen::Vector3d(0, 0, 0.1), Eigen::Vector3d(0.5, 0, 0), Eigen::Vector3d(0, 0.4, 0)});
+  const Eigen::Isometry3d start = smallMotion(0.01, Eigen::Vector3d(1, 0.5, 0), Eigen::Vector3d(0.05, 0, 0.03));
+  const Refinement refined = refinePatches(one, PatchIndex(one, 0.5), start, options());
+  EXPECT_EQ(refined.matches, 1);
+  EXPECT_THAT(refined.T_target_source, IsPoseNear(start, 1e-12, 1e-12));
+}
+
+TEST(DrawSurfacePoints, EvenlyFromEveryPatch)
+{
+  const Scan scan = makeScan(testing::roomRectangles(), Eigen::Isometry3d::Identity(), 6);
+  for (const int per_patch : {0, 1, 4, 1000000}) {
+    const SurfacePoints surface = drawSurfacePoints(scan.cloud, scan.patches, per_patch);
+    ASSERT_EQ(surface.points.cols(), surface.normals.cols());
+    Eigen::Index next = 0;
+    for (std::size_t i = 0; i < scan.patches.counts.size(); ++i) {
+      const std::uint32_t count = scan.patches.counts[i], first = scan.patches.first_point[i];
+      const auto drawn = std::min(count, static_cast<std::uint32_t>(per_patch));
+      for (std::uint32_t k = 0; k < drawn; ++k, ++next) {
+        ASSERT_LT(next, surface.points.cols());
+        // The k-th of equal pieces of the patch's range of points.
+        std::uint32_t from = first + k * count / drawn, to = first + (k + 1) * count / drawn;
+        bool found = false;
+        for (std::uint32_t p = from; p < std::max(to, from + 1); ++p)
+          found = found || scan.cloud.points.col(p) == surface.points.col(next);
+        EXPECT_TRUE(found) << "patch " << i << ", point " << k;
+        EXPECT_TRUE(surface.normals.col(next).isApprox(
+            scan.patches.samples.normals.col(static_cast<Eigen::Index>(i)).cast<float>()));
+      }
+    }
+    EXPECT_EQ(next, surface.points.cols());
+  }
+}
+
+} // namespace
+} // namespace pcl_ssfr
