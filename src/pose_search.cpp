@@ -283,6 +283,8 @@ searchTranslations(const OrientedSamples& source,
                    const Eigen::Matrix3d& R,
                    const PoseSearchOptions& options)
 {
+  if (source.size() == 0 || target.size() == 0)
+    return {};
   const Eigen::Matrix3d axes = chooseSearchAxes(source, target, target_main_normals, R, options.parallel_cos);
   const auto peaks = [&](int axis, int count) {
     return axisPeaks(source, target, R.transpose() * axes.col(axis), axes.col(axis), count, options);

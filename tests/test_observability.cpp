@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#include <pcl_ssfr/observability.h>
+
+#include "patch_scenes.h"
+
+#include <Eigen/Eigenvalues>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace pcl_ssfr {
+namespace {
+
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+
+/// Places with the normal of the plane that each lies on.
+struct Matches {
+  Points3 points, normals;
+};
+
+/// \p count places on planes of each of the normals, spread over 10 m around \p middle.
+Matches
+matchesOn(const std::vector<Eigen::Vector3d>& normals, int count, const Eigen::Vector3d& middle, std::uint64_t seed)
+{
+  testing::Random random(seed);
+  Matches m;
+  const auto total = static_cast<Eigen::Index>(normals.size()) * count;
+  m.points.resize(3, total);
+  m.normals.resize(3, total);
+  for (Eigen::Index i = 0; i < total; ++i) {
+    m.points.col(i) = middle + Eigen::Vector3d(random.uniform(-5, 5), random.uniform(-5, 5), random.uniform(-5, 5));
+    m.normals.col(i) = normals[static_cast<std::size_t>(i / count)].normalized();
+  }
+  return m;
+}
+
+/// Sum of J J^T, J = [p x n; n], p relative to \p centre.
+Matrix6
+hessianAbout(const Matches& m, const Eigen::Vector3d& centre)
+{
+  Matrix6 hessian = Matrix6::Zero();
+  for (Eigen::Index i = 0; i < m.points.cols(); ++i) {
+    Vector6 j;
+    j << (m.points.col(i) - centre).cross(m.normals.col(i)), m.normals.col(i);
+    hessian += j * j.transpose();
+  }
+  return hessian;
+}
+
+Refinement
+refinementOf(const Matches& m, const Eigen::Vector3d& centre)
+{
+  Refinement r;
+  r.hessian = hessianAbout(m, centre);
+  r.centre = centre;
+  r.matches = m.points.cols();
+  r.weight = static_cast<double>(r.matches);
+  return r;
+}
+
+Refinement
+refinementOf(const Matches& m)
+{
+  return refinementOf(m, m.points.rowwise().mean());
+}
+
+const Eigen::Vector3d kX = Eigen::Vector3d::UnitX(), kY = Eigen::Vector3d::UnitY(), kZ = Eigen::Vector3d::UnitZ();
+
+TEST(UnobservableDirections, NoneInARoom)
+{
+  EXPECT_TRUE(findUnobservableDirections(refinementOf(matchesOn({kX, kY, kZ}, 50, kX, 1))).empty());
+}
+
+TEST(UnobservableDirections, AlongTheCorridor)
+{
+  const auto weak = findUnobservableDirections(refinementOf(matchesOn({kY, kZ}, 50, kX, 2)));
+  ASSERT_EQ(weak.size(), 1U);
+  EXPECT_FALSE(weak[0].rotation);
+  EXPECT_NEAR(std::abs(weak[0].direction.x()), 1, 1e-9);
+  EXPECT_NEAR(weak[0].strength, 0, 1e-9);
+}
+
+TEST(UnobservableDirections, OnOnePlane)
+{
+  const auto weak = findUnobservableDirections(refinementOf(matchesOn({kZ}, 50, kX, 3)));
+  ASSERT_EQ(weak.size(), 3U); // two shifts within it and the turn about its normal
+  for (const UnobservableDirection& u : weak) {
+    EXPECT_NEAR(u.direction.norm(), 1, 1e-9);
+    EXPECT_NEAR(std::abs(u.direction.z()), u.rotation ? 1 : 0, 1e-9);
+  }
+  EXPECT_TRUE(weak[2].rotation);
+}
+
+TEST(UnobservableDirections, WeaknessIsRelative)
+{
+  Matches m = matchesOn({kY, kZ}, 500, kX, 4);
+  m.normals.col(0) = kX; // one of 1000 matches faces x
+  const Refinement refinement = refinementOf(m);
+  ObservabilityOptions options;
+  options.min_strength = 0.0019;
+  EXPECT_TRUE(findUnobservableDirections(refinement, options).empty());
+  options.min_strength = 0.0021;
+  const auto weak = findUnobservableDirections(refinement, options);
+  ASSERT_EQ(weak.size(), 1U);
+  EXPECT_NEAR(weak[0].strength, 1.0 / 500, 1e-4);
+  // The amount of information does not matter.
+  Refinement scaled = refinement;
+  scaled.hessian *= 1e-9;
+  EXPECT_EQ(findUnobservableDirections(scaled, options).size(), 1U);
+}
+
+TEST(UnobservableDirections, TurnWithTheScene)
+{
+  testing::Random random(5);
+  const Matches m = matchesOn({kY, kZ}, 80, kX, 6);
+  for (int trial = 0; trial < 10; ++trial) {
+    const Eigen::Isometry3d T = testing::randomMotion(random, 100);
+    const auto weak = findUnobservableDirections(refinementOf({T * m.points, T.linear() * m.normals}));
+    ASSERT_EQ(weak.size(), 1U);
+    EXPECT_NEAR(std::abs(weak[0].direction.dot(T.linear() * kX)), 1, 1e-6);
+  }
+}
+
+TEST(UnobservableDirections, NothingKnown)
+{
+  EXPECT_TRUE(findUnobservableDirections(Refinement()).empty());
+  Refinement r;
+  r.matches = 5; // and no information at all
+  EXPECT_TRUE(findUnobservableDirections(r).empty());
+}
+
+TEST(InformationMatrix, AgreesWithTheSumAboutTheOrigin)
+{
+  testing::Random random(7);
+  for (int trial = 0; trial < 10; ++trial) {
+    // The refinement ran in a frame whose origin lies at \p origin of the target's frame.
+    const Eigen::Vector3d origin(random.uniform(-50, 50), random.uniform(-50, 50), random.uniform(-50, 50));
+    const Matches m = matchesOn({kX, kY + kZ, kZ - 0.3 * kX}, 40, Eigen::Vector3d(3, -2, 1), 8);
+    Refinement refinement = refinementOf(m);
+    refinement.rms = 0.02;
+    Matches in_target = m;
+    in_target.points.colwise() += origin;
+    const Matrix6 expected = hessianAbout(in_target, Eigen::Vector3d::Zero()) / (0.02 * 0.02 * 5);
+    const Matrix6 information = informationMatrix(refinement, origin, 0.001, 5);
+    EXPECT_LT((information - expected).norm(), 1e-9 * expected.norm());
+    EXPECT_TRUE(information == information.transpose());
+    EXPECT_GT(Eigen::SelfAdjointEigenSolver<Matrix6>(information).eigenvalues()[0], 0);
+  }
+}
+
+TEST(InformationMatrix, DoesNotDependOnTheCentreNorOnTheFrameOfTheRefinement)
+{
+  const Matches m = matchesOn({kX, kY, kZ}, 40, Eigen::Vector3d(3, -2, 1), 9);
+  Refinement a = refinementOf(m, Eigen::Vector3d(3, -2, 1)), b = refinementOf(m, Eigen::Vector3d(-7, 20, 4));
+  a.rms = b.rms = 0.01;
+  const Eigen::Vector3d origin(10, 20, 30), shift(4, -5, 6);
+  const Matrix6 information = informationMatrix(a, origin, 0, 1);
+  EXPECT_TRUE(information.isApprox(informationMatrix(b, origin, 0, 1), 1e-9));
+  Matches moved = m; // the same places in a frame that lies elsewhere
+  moved.points.colwise() -= shift;
+  Refinement c = refinementOf(moved);
+  c.rms = 0.01;
+  EXPECT_TRUE(information.isApprox(informationMatrix(c, origin + shift, 0, 1), 1e-9));
+  // Another origin of the target's frame: the adjoint of the shift.
+  Matrix6 adjoint = Matrix6::Identity();
+  for (int k = 0; k < 3; ++k)
+    adjoint.topRightCorner<3, 3>().col(k) = shift.cross(Eigen::Vector3d::Unit(k));
+  EXPECT_TRUE(informationMatrix(a, origin + shift, 0, 1).isApprox(adjoint * information * adjoint.transpose(), 1e-9));
+}
+
+TEST(InformationMatrix, NoiseFloorBoundsIt)
+{
+  Refinement r = refinementOf(matchesOn({kX, kY, kZ}, 4, kX, 10));
+  r.rms = 0; // an exact fit
+  const Matrix6 information = informationMatrix(r, Eigen::Vector3d::Zero(), 0.01, 1);
+  EXPECT_NEAR(information.bottomRightCorner(3, 3).trace(), 12 / 1e-4, 1e-6);
+  r.rms = 0.02;
+  EXPECT_TRUE(information.isApprox(4 * informationMatrix(r, Eigen::Vector3d::Zero(), 0.01, 1), 1e-12));
+  EXPECT_TRUE(informationMatrix(Refinement(), Eigen::Vector3d::Ones(), 0.01, 1).isZero());
+}
+
+TEST(InformationMatrix, FarOrigin)
+{
+  const Refinement r = refinementOf(matchesOn({kX, kY, kZ}, 40, kX, 11));
+  for (const double x : {1e6, 1e30})
+    EXPECT_TRUE(informationMatrix(r, Eigen::Vector3d::Constant(x), 0.01, 1).allFinite());
+}
+
+} // namespace
+} // namespace pcl_ssfr

@@ -1,0 +1,265 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#include <pcl_ssfr/pose_search.h>
+
+#include "patch_scenes.h"
+#include "pose_matchers.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace pcl_ssfr {
+namespace {
+
+using testing::addPatch;
+using testing::viewOf;
+
+std::vector<MainNormal>
+normals(const std::vector<Eigen::Vector3d>& directions)
+{
+  std::vector<MainNormal> main_normals;
+  for (const Eigen::Vector3d& d : directions)
+    main_normals.push_back({d.normalized(), 1});
+  return main_normals;
+}
+
+/// The six directions of a room, turned by \p R.
+std::vector<MainNormal>
+roomNormals(const Eigen::Matrix3d& R)
+{
+  std::vector<Eigen::Vector3d> directions;
+  for (int axis = 0; axis < 3; ++axis)
+    for (const double side : {1.0, -1.0})
+      directions.emplace_back(side * R.col(axis));
+  return normals(directions);
+}
+
+/// A scan as the search takes it.
+struct Scan {
+  PlanarPatches patches;
+  PatchIndex index;
+  RangeImage image;
+  VotingSamples votes;
+  std::vector<MainNormal> main_normals;
+};
+
+Scan
+makeScan(const std::vector<testing::Rectangle>& rectangles, const Eigen::Isometry3d& T_world_sensor, std::uint64_t seed)
+{
+  const Eigen::Matrix3Xf points =
+      testing::transformed(T_world_sensor.inverse(), testing::samplePoints(rectangles, 400, seed));
+  const ThinnedCloud cloud = thinScan(viewOf(points), 0.05, Eigen::Vector3d::Zero());
+  const Eigen::Vector3d viewpoint = Eigen::Vector3d::Zero();
+  PatchOptions options;
+  options.coarsest_level = 5;
+  Scan scan;
+  scan.patches = extractPatches(cloud, &viewpoint, 0.01, options);
+  scan.index = PatchIndex(scan.patches, 0.5);
+  scan.image = RangeImage(cloud.points, viewpoint.cast<float>(), 0.05);
+  scan.main_normals = roomNormals(T_world_sensor.linear().transpose());
+  scan.votes = drawVotingSamples(scan.patches.samples, scan.main_normals, 160);
+  return scan;
+}
+
+class PoseSearch : public ::testing::Test {
+protected:
+  const Eigen::Isometry3d T_world_target_ = testing::sensorPose(Eigen::Vector3d(0.3, 0.4, 0.2), 0.7, 0.1);
+  const Eigen::Isometry3d T_world_source_ = testing::sensorPose(Eigen::Vector3d(-0.9, -0.6, 0.1), -1.3, 0.05);
+  const Scan target_ = makeScan(testing::roomRectangles(), T_world_target_, 1);
+  const Scan source_ = makeScan(testing::roomRectangles(), T_world_source_, 2);
+  const Eigen::Isometry3d truth_ = testing::relativePose(T_world_target_, T_world_source_);
+
+  std::vector<PoseHypothesis>
+  search(const Eigen::Matrix3d& R, const PoseSearchOptions& options, bool with_image = true) const
+  {
+    return searchTranslations(source_.patches.samples,
+                              source_.votes,
+                              target_.patches.samples,
+                              target_.main_normals,
+                              target_.index,
+                              with_image ? &target_.image : nullptr,
+                              R,
+                              options);
+  }
+};
+
+TEST_F(PoseSearch, FindsTheTranslation)
+{
+  for (const bool with_image : {false, true}) {
+    const auto found = search(truth_.linear(), PoseSearchOptions(), with_image);
+    ASSERT_FALSE(found.empty());
+    EXPECT_THAT(found[0].T_target_source, testing::IsPoseNear(truth_, 1e-9, 0.2));
+    EXPECT_GT(found[0].score, 0.8);
+  }
+}
+
+TEST_F(PoseSearch, AWrongRotationScoresLess)
+{
+  const double best = search(truth_.linear(), PoseSearchOptions())[0].score;
+  const Eigen::Matrix3d quarter =
+      Eigen::AngleAxisd(std::acos(-1.0) / 2, T_world_target_.linear().transpose() * Eigen::Vector3d::UnitZ())
+          .toRotationMatrix();
+  const auto turned = search(quarter * truth_.linear(), PoseSearchOptions());
+  ASSERT_FALSE(turned.empty());
+  EXPECT_LT(turned[0].score, best - 0.1);
+}
+
+TEST_F(PoseSearch, ResultsAreDistinctSortedAndBounded)
+{
+  PoseSearchOptions options;
+  for (const int keep : {1, 5, 24}) {
+    options.keep = keep;
+    const auto found = search(truth_.linear(), options);
+    EXPECT_LE(found.size(), static_cast<std::size_t>(keep));
+    EXPECT_FALSE(found.empty());
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      EXPECT_TRUE(found[i].T_target_source.linear().isApprox(truth_.linear(), 1e-12));
+      EXPECT_TRUE(i == 0 || found[i - 1].score >= found[i].score);
+      for (std::size_t j = 0; j < i; ++j)
+        EXPECT_GE((found[i].T_target_source.translation() - found[j].T_target_source.translation()).norm(),
+                  options.peak_separation);
+    }
+  }
+}
+
+TEST_F(PoseSearch, ScoresAreTheShareOfTheVotes)
+{
+  PoseSearchOptions options;
+  for (const bool with_image : {false, true})
+    for (const PoseHypothesis& pose : search(truth_.linear(), options, with_image)) {
+      int votes_for = 0, votes_against = 0;
+      for (Eigen::Index i = 0; i < source_.votes.points.cols(); ++i) {
+        const Eigen::Vector3f p = (pose.T_target_source * source_.votes.points.col(i).cast<double>()).cast<float>();
+        const Eigen::Vector3f n = pose.T_target_source.linear().cast<float>() * source_.votes.normals.col(i);
+        if (target_.index.mask(p) >> directionClass(n) & 1) {
+          ++votes_for;
+          continue;
+        }
+        const Eigen::Vector3f ray = p - target_.image.viewpoint();
+        const float free = target_.image.freeRange(target_.image.cell(ray));
+        votes_against += with_image && free > 0 &&
+                         ray.norm() < options.visibility.free_ratio * free - options.visibility.free_margin;
+      }
+      const double expected =
+          (votes_for - options.contradiction_weight * votes_against) / static_cast<double>(source_.votes.points.cols());
+      EXPECT_NEAR(pose.score, expected, 0.02); // a vote or two on the border of a voxel
+    }
+}
+
+TEST_F(PoseSearch, SameForScansMovedFarAway)
+{
+  const Eigen::Vector3d shift(4096, -2048, 1024); // exact in float
+  OrientedSamples moved = target_.patches.samples;
+  moved.points.colwise() += shift;
+  PlanarPatches patches = target_.patches;
+  patches.samples = moved;
+  const auto near = search(truth_.linear(), PoseSearchOptions(), false);
+  const auto far = searchTranslations(source_.patches.samples,
+                                      source_.votes,
+                                      moved,
+                                      target_.main_normals,
+                                      PatchIndex(patches, 0.5),
+                                      nullptr,
+                                      truth_.linear(),
+                                      PoseSearchOptions());
+  ASSERT_FALSE(far.empty());
+  EXPECT_LT((far[0].T_target_source.translation() - near[0].T_target_source.translation() - shift).norm(), 0.2);
+}
+
+TEST_F(PoseSearch, SampleInTheSensorIsNoDirection)
+{
+  // A vote that falls exactly on the target's viewpoint while the free space is looked at.
+  VotingSamples votes = source_.votes;
+  votes.points.setZero();
+  OrientedSamples wall;
+  wall.points = Points3::Zero(3, 1);
+  wall.normals = Eigen::Vector3d::UnitX();
+  wall.weights = wall.extents = Eigen::VectorXd::Ones(1);
+  const auto found = searchTranslations(wall,
+                                        votes,
+                                        wall,
+                                        normals({Eigen::Vector3d::UnitX()}),
+                                        target_.index,
+                                        &target_.image,
+                                        Eigen::Matrix3d::Identity(),
+                                        PoseSearchOptions());
+  EXPECT_LE(found.size(), 24U);
+}
+
+TEST_F(PoseSearch, EmptyInput)
+{
+  const OrientedSamples none;
+  const PoseSearchOptions options;
+  const Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
+  const OrientedSamples& samples = target_.patches.samples;
+  EXPECT_TRUE(searchTranslations(none, VotingSamples(), none, {}, PatchIndex(), nullptr, R, options).empty());
+  EXPECT_TRUE(
+      searchTranslations(none, VotingSamples(), samples, target_.main_normals, target_.index, nullptr, R, options)
+          .empty());
+  EXPECT_TRUE(searchTranslations(samples, source_.votes, none, {}, PatchIndex(), nullptr, R, options).empty());
+  // No main normals: some axes are tried all the same.
+  searchTranslations(samples, target_.votes, samples, {}, target_.index, nullptr, R, options);
+}
+
+TEST(DrawVotingSamples, EveryDirectionIsHeard)
+{
+  // 90 equal patches face up, 10 face x, none of the main normals: 1.
+  OrientedSamples samples;
+  samples.points = Points3::Random(3, 101);
+  samples.normals = Eigen::Vector3d::UnitZ().replicate(1, 101);
+  for (Eigen::Index i = 40; i < 50; ++i)
+    samples.normals.col(i) = Eigen::Vector3d::UnitX();
+  samples.normals.col(100) = Eigen::Vector3d(1, 1, 1).normalized();
+  samples.weights = samples.extents = Eigen::VectorXd::Ones(101);
+  const VotingSamples votes =
+      drawVotingSamples(samples, normals({Eigen::Vector3d::UnitZ(), Eigen::Vector3d::UnitX()}), 30);
+  Eigen::Vector3i heard = Eigen::Vector3i::Zero();
+  for (Eigen::Index i = 0; i < votes.points.cols(); ++i) {
+    const Eigen::Vector3f n = votes.normals.col(i);
+    ++heard[n.z() > 0.9f ? 0 : n.x() > 0.9f ? 1 : 2];
+  }
+  // Shares of sqrt(90), sqrt(10) and 1 of 30.
+  EXPECT_NEAR(heard[0], 21, 1);
+  EXPECT_NEAR(heard[1], 7, 1);
+  EXPECT_EQ(heard[2], 1); // 2 wanted, there is one
+}
+
+TEST(DrawVotingSamples, DrawsMembersOnceAndInProportionToTheirSurface)
+{
+  const PlanarPatches patches = testing::randomPatches(3000, 5, 1, 3);
+  const OrientedSamples& samples = patches.samples;
+  const VotingSamples votes = drawVotingSamples(samples, {}, 300);
+  EXPECT_NEAR(static_cast<double>(votes.points.cols()), 300, 5);
+  double drawn_weight = 0;
+  Eigen::Index i = 0;
+  for (Eigen::Index k = 0; k < votes.points.cols(); ++k, ++i) {
+    while (i < samples.size() && samples.points.col(i).cast<float>() != votes.points.col(k))
+      ++i;
+    ASSERT_LT(i, samples.size()) << "no sample, or out of order, or drawn twice";
+    EXPECT_TRUE(samples.normals.col(i).cast<float>() == votes.normals.col(k));
+    drawn_weight += samples.weights[i];
+  }
+  // Drawn by surface: large patches more often than small ones.
+  const double mean = samples.weights.mean(), mean_square = samples.weights.squaredNorm() / 3000;
+  EXPECT_NEAR(drawn_weight / static_cast<double>(votes.points.cols()), mean_square / mean, 0.15 * mean_square / mean);
+}
+
+TEST(DrawVotingSamples, Degenerate)
+{
+  EXPECT_EQ(drawVotingSamples(OrientedSamples(), {}, 100).points.cols(), 0);
+  EXPECT_EQ(drawVotingSamples(OrientedSamples(), normals({Eigen::Vector3d::UnitX()}), 100).normals.cols(), 0);
+  PlanarPatches one;
+  addPatch(one, {Eigen::Vector3d::Constant(1e6), Eigen::Vector3d(0, 2, 0), Eigen::Vector3d(0, 0, 1)});
+  EXPECT_EQ(drawVotingSamples(one.samples, {}, 100).points.cols(), 1);
+  EXPECT_EQ(drawVotingSamples(one.samples, normals({Eigen::Vector3d::UnitX()}), 8).points.cols(), 1);
+  PlanarPatches same;
+  for (int i = 0; i < 50; ++i)
+    addPatch(same, {Eigen::Vector3d::Ones(), Eigen::Vector3d(0, 2, 0), Eigen::Vector3d(0, 0, 1)});
+  EXPECT_EQ(drawVotingSamples(same.samples, {}, 10).points.cols(), 10);
+}
+
+} // namespace
+} // namespace pcl_ssfr

@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#include <pcl_ssfr/visibility_score.h>
+
+#include "patch_scenes.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace pcl_ssfr {
+namespace {
+
+using testing::addPatch;
+using testing::kMaxFloat;
+using testing::kNan;
+
+constexpr double kCell = 0.05;
+
+/// The room's rectangles as patches that face the origin.
+PlanarPatches
+roomPatches()
+{
+  PlanarPatches patches;
+  for (testing::Rectangle r : testing::roomRectangles()) {
+    if (r.half_u.norm() < r.half_v.norm())
+      std::swap(r.half_u, r.half_v);
+    if (r.half_u.cross(r.half_v).dot(r.centre) > 0)
+      r.half_v = -r.half_v;
+    addPatch(patches, r);
+  }
+  return patches;
+}
+
+TEST(CollectEvidence, ByHand)
+{
+  // The target saw a wall at x = 4 through a window of +-2 m, from the origin.
+  const testing::Rectangle wall{Eigen::Vector3d(4, 0, 0), Eigen::Vector3d(0, 2, 0), Eigen::Vector3d(0, 0, -2)};
+  PlanarPatches target;
+  addPatch(target, wall);
+  const PatchIndex index(target, 0.5);
+  const RangeImage image(testing::samplePoints({wall}, 4000, 1), Eigen::Vector3f::Zero(), kCell);
+
+  OrientedSamples samples;
+  samples.points.resize(3, 7);
+  samples.normals.resize(3, 7);
+  samples.weights.resize(7);
+  samples.weights << 1, 2, 4, 8, 16, 32, 64;
+  const Eigen::Vector3d towards(-1, 0, 0);
+  samples.points.col(0) << 4.02, 0.5, 0.5; // on the wall
+  samples.normals.col(0) = towards;
+  samples.points.col(1) << 2, 0, 0; // in front of it
+  samples.normals.col(1) = towards;
+  samples.points.col(2) << 4, 0, 0; // at its depth, facing elsewhere
+  samples.normals.col(2) = Eigen::Vector3d::UnitZ();
+  samples.points.col(3) << 9, 0, 0; // hidden behind it
+  samples.normals.col(3) = towards;
+  samples.points.col(4) << -4, 0, 0; // out of view
+  samples.normals.col(4) = towards;
+  samples.points.col(5) << 0, 0, 0; // in the sensor: no direction
+  samples.normals.col(5) = towards;
+  samples.points.col(6) << 4, 0, 0; // seen from behind
+  samples.normals.col(6) = -towards;
+  // The same evidence, seen from a source that stands elsewhere.
+  testing::Random random(1);
+  const Eigen::Isometry3d T = testing::randomMotion(random, 3);
+  samples.points = T.inverse() * samples.points;
+  samples.normals = T.inverse().linear() * samples.normals;
+
+  const SurfaceEvidence evidence = collectEvidence(samples, index, &image, T, VisibilityOptions());
+  EXPECT_EQ(evidence.total, 127);
+  EXPECT_EQ(evidence.matched, 1);
+  EXPECT_EQ(evidence.contradicted, 2);
+  EXPECT_EQ(evidence.unmatched, 4 + 64);
+  EXPECT_EQ(evidence.visible(), 71);
+  EXPECT_TRUE(evidence.matched_normals.isApprox(Eigen::Vector3d(1, 0, 0).asDiagonal().toDenseMatrix(), 1e-9));
+  EXPECT_TRUE(evidence.visible_normals.isApprox(Eigen::Vector3d(67, 0, 4).asDiagonal().toDenseMatrix(), 1e-9));
+
+  const SurfaceEvidence matches_only = collectEvidence(samples, index, nullptr, T, VisibilityOptions());
+  EXPECT_EQ(matches_only.matched, 1);
+  EXPECT_EQ(matches_only.contradicted + matches_only.unmatched, 0);
+}
+
+TEST(CollectEvidence, AgreesWithPlainSums)
+{
+  const Eigen::Matrix3Xf points = testing::samplePoints(testing::roomRectangles(), 300, 2);
+  const Eigen::Vector3f viewpoint(0.1f, -0.2f, 0.1f);
+  const RangeImage image(points, viewpoint, kCell);
+  const PatchIndex index(roomPatches(), 0.4);
+  const PlanarPatches source = testing::randomPatches(600, 3, 0.4, 3);
+  VisibilityOptions options;
+  options.match.min_cos = 0.8f;
+  testing::Random random(4);
+  SurfaceEvidence all;
+  for (int trial = 0; trial < 5; ++trial) {
+    const Eigen::Isometry3d T = testing::randomMotion(random, 1);
+    const SurfaceEvidence evidence = collectEvidence(source.samples, index, &image, T, options);
+    // All samples, sorted into what they are: hidden or out of view, matched, contradicted, unmatched.
+    Eigen::Vector4d sums = Eigen::Vector4d::Zero();
+    Eigen::Matrix3d visible_normals = Eigen::Matrix3d::Zero();
+    for (Eigen::Index i = 0; i < source.size(); ++i) {
+      const Eigen::Vector3f p = (T * source.samples.points.col(i)).cast<float>();
+      const Eigen::Vector3d n = T.linear() * source.samples.normals.col(i);
+      const std::size_t cell = image.cell(p - viewpoint);
+      const float range = (p - viewpoint).norm(), free = image.freeRange(cell), far = image.farthest(cell);
+      int kind = 0;
+      if (index.find(p, n.cast<float>(), options.match) >= 0)
+        kind = 1;
+      else if (free > 0 && range < options.free_ratio * free - options.free_margin)
+        kind = 2;
+      else if (free > 0 && range < options.hidden_ratio * far + options.hidden_margin)
+        kind = 3;
+      sums[kind] += source.samples.weights[i];
+      if (kind > 0)
+        visible_normals += source.samples.weights[i] * n * n.transpose();
+    }
+    EXPECT_NEAR(evidence.total, sums.sum(), 1e-9);
+    EXPECT_NEAR(evidence.matched, sums[1], 1e-9);
+    EXPECT_NEAR(evidence.contradicted, sums[2], 1e-9);
+    EXPECT_NEAR(evidence.unmatched, sums[3], 1e-9);
+    EXPECT_TRUE(evidence.visible_normals.isApprox(visible_normals, 1e-9));
+    EXPECT_NEAR(evidence.matched_normals.trace(), evidence.matched, 1e-9);
+    all += evidence;
+  }
+  for (const double sum : {all.matched, all.contradicted, all.unmatched, all.total - all.visible()})
+    EXPECT_GT(sum, 0.01 * all.total); // each kind of evidence occurred
+}
+
+TEST(CollectEvidence, TruthMatchesAllAndIsContradictedByNothing)
+{
+  const PlanarPatches room = roomPatches();
+  const PatchIndex index(room, 0.4);
+  const RangeImage image(testing::samplePoints(testing::roomRectangles(), 2000, 5), Eigen::Vector3f::Zero(), kCell);
+  const Eigen::Isometry3d identity = Eigen::Isometry3d::Identity();
+  const SurfaceEvidence truth = collectEvidence(room.samples, index, &image, identity, VisibilityOptions());
+  EXPECT_NEAR(truth.matched, truth.total, 1e-9);
+  EXPECT_NEAR(weakestMatchedShare(truth), 1, 1e-9);
+  const SurfaceEvidence shifted =
+      collectEvidence(room.samples, index, &image, identity * Eigen::Translation3d(1.3, 0, 0), VisibilityOptions());
+  EXPECT_LT(shifted.matched, truth.matched);
+  EXPECT_GT(shifted.contradicted + shifted.unmatched, 0);
+  EXPECT_LT(weakestMatchedShare(shifted), 0.3); // floor and ceiling still lie on each other
+  EXPECT_GT(shifted.matched, 0.3 * shifted.visible());
+}
+
+TEST(CollectEvidence, EmptyAndNumbersThatAreNone)
+{
+  const PatchIndex index(roomPatches(), 0.4);
+  const RangeImage image(Eigen::Matrix3Xf::Random(3, 100), Eigen::Vector3f::Zero(), kCell);
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  EXPECT_EQ(collectEvidence(OrientedSamples(), index, &image, T, VisibilityOptions()).total, 0);
+  const PlanarPatches source = roomPatches();
+  const SurfaceEvidence nothing = collectEvidence(source.samples, PatchIndex(), nullptr, T, VisibilityOptions());
+  EXPECT_GT(nothing.total, 0);
+  EXPECT_EQ(nothing.visible(), 0);
+  EXPECT_EQ(weakestMatchedShare(nothing), 0);
+  for (const double x : {static_cast<double>(kNan), 1e300, 1e30, static_cast<double>(kMaxFloat), 1e6}) {
+    T.translation().setConstant(x);
+    EXPECT_EQ(collectEvidence(source.samples, index, &image, T, VisibilityOptions()).matched, 0) << x;
+  }
+}
+
+TEST(SurfaceEvidence, AddsUp)
+{
+  SurfaceEvidence a, b;
+  a.total = 1;
+  a.matched = 2;
+  a.contradicted = 3;
+  a.unmatched = 4;
+  a.matched_normals.setConstant(5);
+  a.visible_normals.setConstant(6);
+  b = a;
+  b += a;
+  EXPECT_EQ(b.total, 2);
+  EXPECT_EQ(b.matched, 4);
+  EXPECT_EQ(b.contradicted, 6);
+  EXPECT_EQ(b.unmatched, 8);
+  EXPECT_EQ(b.matched_normals(0, 2), 10);
+  EXPECT_EQ(b.visible_normals(2, 1), 12);
+}
+
+TEST(WeakestMatchedShare, ByHand)
+{
+  SurfaceEvidence e;
+  EXPECT_EQ(weakestMatchedShare(e), 0);
+  e.matched = 6;
+  e.unmatched = 4;
+  e.visible_normals.diagonal() << 5, 4, 1;
+  e.matched_normals.diagonal() << 4, 2, 0.9;
+  EXPECT_NEAR(weakestMatchedShare(e), 0.5, 1e-12);
+  e.visible_normals(2, 2) = 0.1; // hardly any surface faces z
+  e.matched_normals(2, 2) = 0;
+  EXPECT_NEAR(weakestMatchedShare(e), 0.5, 1e-12);
+  e.visible_normals(2, 2) = 1;
+  EXPECT_NEAR(weakestMatchedShare(e), 0, 1e-12);
+}
+
+TEST(WeakestMatchedShare, IsTheMinimumOverAllDirectionsAndTurnsWithTheScene)
+{
+  testing::Random random(6);
+  for (int trial = 0; trial < 10; ++trial) {
+    SurfaceEvidence e;
+    for (int i = 0; i < 50; ++i) {
+      const Eigen::Vector3d n = testing::randomRotation(random).col(0);
+      const double weight = random.uniform(0.1, 2);
+      const bool matched = random.uniform(0, 1) < 0.3 + 0.6 * std::abs(n.x());
+      (matched ? e.matched : e.unmatched) += weight;
+      e.visible_normals += weight * n * n.transpose();
+      if (matched)
+        e.matched_normals += weight * n * n.transpose();
+    }
+    const double share = weakestMatchedShare(e);
+    double smallest = 1;
+    for (int i = 0; i < 20000; ++i) {
+      const Eigen::Vector3d v = testing::randomRotation(random).col(0);
+      smallest = std::min(smallest, v.dot(e.matched_normals * v) / v.dot(e.visible_normals * v));
+    }
+    EXPECT_LE(share, smallest + 1e-12);
+    EXPECT_NEAR(share, smallest, 2e-3);
+    const Eigen::Matrix3d R = testing::randomRotation(random);
+    e.matched_normals = R * e.matched_normals * R.transpose();
+    e.visible_normals = R * e.visible_normals * R.transpose();
+    EXPECT_NEAR(weakestMatchedShare(e), share, 1e-9);
+  }
+}
+
+} // namespace
+} // namespace pcl_ssfr
