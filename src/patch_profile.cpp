@@ -60,9 +60,9 @@ constexpr std::size_t kMinPoints = 50;
 constexpr int kPolishPointsAPatch = 4;
 constexpr int kPolishSplit = 100;          // patches of more thinned points are split for the polish
 constexpr int kPolishMinPoints = 8;
-constexpr double kContradictionWeight = 8; // of the score: contradictions are rare and precious (METHOD point 14b)
+constexpr double kContradictionWeight = 12; // of the score: contradictions are rare and precious (METHOD point 14b)
 constexpr double kNoiseQuantile = 0.25;    // of the thickness of patches: an estimate of the noise that clutter spares
-constexpr double kThicknessOverNoise = 2.5;
+constexpr double kThicknessOverNoise = 1.6;
 constexpr double kTypicalRadius[] = {1.5, 120}; // scenes of radii between these [m] have scale 1
 
 /// How hard the search tries; the second effort is made only when the first finds nothing acceptable.
@@ -589,16 +589,6 @@ private:
   decide(double ratio)
   {
     const Candidate& best = result_.candidates.front();
-    if (ratio >= kAmbiguousRatio) {
-      std::size_t equals = 0;
-      for (const Candidate& c : result_.candidates)
-        equals += c.score >= kAmbiguousRatio * best.score;
-      result_.confidence = std::min(result_.confidence, 1.0 / static_cast<double>(std::max<std::size_t>(2, equals)));
-      fail(Status::Ambiguous,
-           std::to_string(std::max<std::size_t>(2, equals)) +
-               " distinct poses explain the scans about equally well (symmetry or repetition)");
-      return;
-    }
     if (!result_.unobservable.empty()) {
       const UnobservableDirection& u = result_.unobservable.front();
       result_.confidence = std::min(result_.confidence, kUnobservableConfidence);
@@ -613,7 +603,17 @@ private:
       fail(Status::Unobservable, text);
       return;
     }
-    if (result_.confidence >= options_.min_confidence) {
+    if (ratio >= kAmbiguousRatio) {
+      std::size_t equals = 0;
+      for (const Candidate& c : result_.candidates)
+        equals += c.score >= kAmbiguousRatio * best.score;
+      result_.confidence = std::min(result_.confidence, 1.0 / static_cast<double>(std::max<std::size_t>(2, equals)));
+      fail(Status::Ambiguous,
+           std::to_string(std::max<std::size_t>(2, equals)) +
+               " distinct poses explain the scans about equally well (symmetry or repetition)");
+      return;
+    }
+    if (best.score > 0 && result_.confidence >= options_.min_confidence) {
       fail(Status::Converged, formatted("%.0f %% of the surface meets its counterpart, %.1f %% contradicts the pose",
                                         100 * best.overlap, 100 * best.contradiction));
       return;

@@ -63,8 +63,8 @@ public:
   {
     return nearest_[cell];
   }
-  /// Range up to which a cell and its eight neighbours are free: their nearest return [m]; 0 when the cell has none.
-  /// A surface seen at a grazing angle spans many ranges within one cell; its neighbours tell.
+  /// Range up to which a cell is free [m]; 0 when it has no return. Its nearest return, or the middle between that and a
+  /// nearer neighbour's: a surface seen at a grazing angle spans many ranges within one cell.
   float
   freeRange(std::size_t cell) const
   {
