@@ -332,6 +332,7 @@ drawPoints(cairo_surface_t* surface, const View& view, const std::vector<const L
   const int width = view.width();
   const int height = view.height();
   std::vector<std::vector<float>> inks;
+  inks.reserve(layers.size());
   for (const Layer* layer : layers)
     inks.push_back(coverage(*layer, view));
   cairo_surface_flush(surface);

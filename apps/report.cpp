@@ -67,7 +67,7 @@ std::string
 describePose(const Eigen::Isometry3d& T)
 {
   const Eigen::AngleAxisd rotation(T.linear());
-  const Eigen::Vector3d axis = rotation.axis();
+  const Eigen::Vector3d& axis = rotation.axis();
   const Eigen::Matrix3d& R = T.linear();
   const double yaw = std::atan2(R(1, 0), R(0, 0)) * kDegreesPerRadian;
   const double pitch = std::asin(std::clamp(-R(2, 0), -1.0, 1.0)) * kDegreesPerRadian;
