@@ -62,9 +62,12 @@ template <typename PointT>
 const ScanPair<PointT>&
 roomPair(bool small_motion)
 {
-  static const ScanPair<PointT> small = makeRoomPair<PointT>(true);
+  if (small_motion) {
+    static const ScanPair<PointT> small = makeRoomPair<PointT>(true);
+    return small;
+  }
   static const ScanPair<PointT> large = makeRoomPair<PointT>(false);
-  return small_motion ? small : large;
+  return large;
 }
 
 template <typename PointT>
@@ -542,7 +545,10 @@ TEST_F(StructuredScene, SolvesALargeMotionWithoutGuessOrParameter)
   EXPECT_EQ(result.status, Status::Converged);
   EXPECT_GT(result.overlap, 0.3);
   EXPECT_GT(result.confidence, 0.5);
-  EXPECT_FALSE(result.stages.empty());
+  ASSERT_FALSE(result.stages.empty());
+  EXPECT_EQ(result.stages.back().name, "correspondences");
+  EXPECT_EQ(result.stages.back().count_in, roomPair<Point>(false).source->size());
+  EXPECT_EQ(result.stages.back().count_out, registration_.getCorrespondences()->size());
   EXPECT_GE(registration_.getFinalNumIteration(), 1);
   EXPECT_EQ(registration_.getFinalNumIteration(), static_cast<int>(result.candidates.size()));
 

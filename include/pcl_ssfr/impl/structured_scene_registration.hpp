@@ -14,6 +14,7 @@
 #include <pcl/type_traits.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -406,7 +407,14 @@ StructuredSceneRegistration<PointSource, PointTarget, Scalar>::computeTransforma
   if (converged_) {
     final_transformation_ = detail::rigidMatrix(result_.T_target_source).template cast<Scalar>();
     transformation_ = final_transformation_;
+    const auto start = std::chrono::steady_clock::now();
     findCorrespondences(result_.T_target_source, options);
+    StageReport report;
+    report.name = "correspondences";
+    report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    report.count_in = indices_->size();
+    report.count_out = correspondences_->size();
+    result_.stages.push_back(std::move(report));
   }
   if (update_visualizer_) {
     notifyVisualizer();
