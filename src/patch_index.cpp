@@ -68,8 +68,12 @@ PatchIndex::rasterise(const Plane& plane, const Visit& visit) const
                               minor.array().abs() * (plane.half_minor + reach) +
                               plane.normal.array().abs() * reach;
   const Eigen::Array3f centre = plane.centroid.array() - origin_.array();
-  const Eigen::Array3i low = ((centre - half) * inverse_voxel_).floor().cast<int>().max(0);
-  const Eigen::Array3i high = ((centre + half) * inverse_voxel_).floor().cast<int>().min(dims_.array() - 1);
+  const Eigen::Array3f first = ((centre - half) * inverse_voxel_).floor().max(0.f);
+  const Eigen::Array3f last = ((centre + half) * inverse_voxel_).floor().min((dims_.array() - 1).cast<float>());
+  if (!(first <= last).all()) // also where float has no numbers for it
+    return;
+  const Eigen::Array3i low = first.cast<int>();
+  const Eigen::Array3i high = last.cast<int>();
   for (int z = low.z(); z <= high.z(); ++z)
     for (int y = low.y(); y <= high.y(); ++y)
       for (int x = low.x(); x <= high.x(); ++x) {

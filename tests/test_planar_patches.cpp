@@ -207,7 +207,7 @@ TEST(ExtractPatches, LineIsNoPlane)
     line.col(i) = Eigen::Vector3f(0.31f, 0.17f, 0) + static_cast<float>(i) * 0.005f * Eigen::Vector3f(0.6f, 0.8f, 0);
   const PlanarPatches flat = extractPatches(thin(line), nullptr, kThickness, PatchOptions());
   EXPECT_EQ(flat.size(), 0);
-  line = Eigen::Quaternionf(0.3f, 0.5f, -0.2f, 0.7f).normalized() * line;
+  line = Eigen::Matrix3Xf(Eigen::Quaternionf(0.3f, 0.5f, -0.2f, 0.7f).normalized().toRotationMatrix() * line);
   EXPECT_EQ(extractPatches(thin(line), nullptr, kThickness, PatchOptions()).size(), 0);
 }
 
