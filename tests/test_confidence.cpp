@@ -14,6 +14,13 @@
 namespace pcl_ssfr {
 namespace {
 
+/// The score that poses are ranked by: contradictions are rare and weigh more.
+void
+rate(Candidate& c)
+{
+  c.score = c.overlap - 12 * c.contradiction;
+}
+
 /// A pose as it looks when it is right: most surface meets, nothing hangs in free space.
 Candidate
 goodCandidate()
@@ -25,6 +32,7 @@ goodCandidate()
   c.evidence.tightness = 0.8;
   c.evidence.weakest_direction = 0.7;
   c.evidence.third_direction = 0.15;
+  rate(c);
   return c;
 }
 
@@ -34,11 +42,12 @@ badCandidate()
 {
   Candidate c;
   c.overlap = 0.12;
-  c.contradiction = 0.05;
+  c.contradiction = 0.005;
   c.evidence.unmatched = 0.25;
   c.evidence.tightness = 0.3;
   c.evidence.weakest_direction = 0.15;
   c.evidence.third_direction = 0.01;
+  rate(c);
   return c;
 }
 
@@ -55,9 +64,9 @@ TEST(Confidence, NoEvidenceNoConfidence)
   EXPECT_EQ(estimateConfidence(Candidate(), 0, true), 0);
   EXPECT_EQ(estimateConfidence(Candidate(), 1, false), 0);
   Candidate nothing = goodCandidate();
-  nothing.overlap = nothing.contradiction = nothing.evidence.unmatched = 0;
+  nothing.overlap = nothing.contradiction = nothing.evidence.unmatched = nothing.score = 0;
   EXPECT_EQ(estimateConfidence(nothing, 0.5, true), 0);
-  nothing.overlap = std::numeric_limits<double>::quiet_NaN();
+  nothing.overlap = nothing.score = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(estimateConfidence(nothing, 0.5, true), 0);
 }
 
@@ -73,6 +82,7 @@ TEST(Confidence, IsAProbabilityForAnyEvidence)
     c.evidence.tightness = share();
     c.evidence.weakest_direction = share();
     c.evidence.third_direction = share() / 3;
+    c.score = c.overlap - random.uniform(0, 20) * c.contradiction;
     const double confidence = estimateConfidence(c, random.uniform(-3, 1), trial % 2 == 0);
     ASSERT_TRUE(confidence >= 0 && confidence <= 1);
   }
@@ -88,6 +98,8 @@ TEST(Confidence, GrowsWithTheOverlapAndWithTheThirdDirection)
     for (double overlap = 0.02; overlap < 0.9; overlap += 0.02) {
       Candidate c = goodCandidate();
       c.overlap = overlap;
+      c.contradiction = 0;
+      rate(c);
       const double confidence = estimateConfidence(c, 0.5, free_space);
       EXPECT_GT(confidence, before) << overlap;
       before = confidence;
@@ -96,6 +108,7 @@ TEST(Confidence, GrowsWithTheOverlapAndWithTheThirdDirection)
     for (double third = 0; third < 0.33; third += 0.02) {
       Candidate c = goodCandidate();
       c.overlap = 0.3;
+      rate(c);
       c.evidence.third_direction = third;
       const double confidence = estimateConfidence(c, 0.5, free_space);
       EXPECT_GT(confidence, before) << third;
@@ -104,20 +117,27 @@ TEST(Confidence, GrowsWithTheOverlapAndWithTheThirdDirection)
   }
 }
 
-TEST(Confidence, ContradictionsCountWhereTheyCouldBeSeen)
+TEST(Confidence, ContradictionsSpeakAgainstAPose)
 {
   Candidate clean = goodCandidate(), contradicted = goodCandidate();
   clean.overlap = contradicted.overlap = 0.35;
   clean.contradiction = 0;
-  contradicted.contradiction = 0.05;
+  contradicted.contradiction = 0.02;
+  rate(clean);
+  rate(contradicted);
   EXPECT_LT(estimateConfidence(contradicted, 0.5, true), estimateConfidence(clean, 0.5, true));
-  EXPECT_EQ(estimateConfidence(contradicted, 0.5, false), estimateConfidence(clean, 0.5, false));
+  contradicted.contradiction = 0.05; // more than the matches are worth
+  rate(contradicted);
+  EXPECT_LT(estimateConfidence(contradicted, 0.5, true), Options().min_confidence);
 }
 
 TEST(Confidence, ACloseRivalDoesNotHelp)
 {
   Candidate c = goodCandidate();
   c.overlap = 0.3;
+  rate(c);
+  for (const bool free_space : {false, true})
+    EXPECT_LE(estimateConfidence(c, 0.99, free_space), estimateConfidence(c, 0.2, free_space));
   EXPECT_LE(estimateConfidence(c, 0.99, true), estimateConfidence(c, 0.2, true));
   EXPECT_EQ(estimateConfidence(c, 7, true), estimateConfidence(c, 1, true)); // a ratio above 1 is no ratio
 }

@@ -128,25 +128,34 @@ TEST_F(PoseSearch, ResultsAreDistinctSortedAndBounded)
 TEST_F(PoseSearch, ScoresAreTheShareOfTheVotes)
 {
   PoseSearchOptions options;
-  for (const bool with_image : {false, true})
-    for (const PoseHypothesis& pose : search(truth_.linear(), options, with_image)) {
-      int votes_for = 0, votes_against = 0;
-      for (Eigen::Index i = 0; i < source_.votes.points.cols(); ++i) {
-        const Eigen::Vector3f p = (pose.T_target_source * source_.votes.points.col(i).cast<double>()).cast<float>();
-        const Eigen::Vector3f n = pose.T_target_source.linear().cast<float>() * source_.votes.normals.col(i);
-        if (target_.index.mask(p) >> directionClass(n) & 1) {
-          ++votes_for;
-          continue;
+  options.visibility.free_margin = 0.05f; // the room is small
+  const Eigen::Matrix3d half_turn =
+      Eigen::AngleAxisd(std::acos(-1.0), T_world_target_.linear().transpose() * Eigen::Vector3d::UnitZ())
+          .toRotationMatrix();
+  for (const bool with_image : {false, true}) {
+    int contradicted = 0;
+    for (const Eigen::Matrix3d& R : {truth_.linear().eval(), (half_turn * truth_.linear()).eval()})
+      for (const PoseHypothesis& pose : search(R, options, with_image)) {
+        int votes_for = 0, votes_against = 0;
+        for (Eigen::Index i = 0; i < source_.votes.points.cols(); ++i) {
+          const Eigen::Vector3f p = (pose.T_target_source * source_.votes.points.col(i).cast<double>()).cast<float>();
+          const Eigen::Vector3f n = pose.T_target_source.linear().cast<float>() * source_.votes.normals.col(i);
+          if (target_.index.mask(p) >> directionClass(n) & 1) {
+            ++votes_for;
+            continue;
+          }
+          const Eigen::Vector3f ray = p - target_.image.viewpoint();
+          const float free = target_.image.freeRange(target_.image.cell(ray));
+          votes_against += with_image && free > 0 &&
+                           ray.norm() < options.visibility.free_ratio * free - options.visibility.free_margin;
         }
-        const Eigen::Vector3f ray = p - target_.image.viewpoint();
-        const float free = target_.image.freeRange(target_.image.cell(ray));
-        votes_against += with_image && free > 0 &&
-                         ray.norm() < options.visibility.free_ratio * free - options.visibility.free_margin;
+        contradicted += votes_against;
+        const double expected = (votes_for - options.contradiction_weight * votes_against) /
+                                static_cast<double>(source_.votes.points.cols());
+        EXPECT_NEAR(pose.score, expected, 0.02); // a vote or so on the border of a voxel
       }
-      const double expected =
-          (votes_for - options.contradiction_weight * votes_against) / static_cast<double>(source_.votes.points.cols());
-      EXPECT_NEAR(pose.score, expected, 0.02); // a vote or two on the border of a voxel
-    }
+    EXPECT_EQ(contradicted > 20, with_image) << contradicted;
+  }
 }
 
 TEST_F(PoseSearch, SameForScansMovedFarAway)

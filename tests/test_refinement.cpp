@@ -122,6 +122,25 @@ TEST_F(RefinementOfTheRoom, MutualPolishRecoversASmallMotion)
   }
 }
 
+TEST_F(RefinementOfTheRoom, EitherHalfOfThePolishIsEnough)
+{
+  // One point in one scan: all comes from the points of the other, onto moving planes or onto fixed ones.
+  const Eigen::Isometry3d start =
+      smallMotion(0.02, Eigen::Vector3d(1, -2, 1), Eigen::Vector3d(0.05, 0.04, -0.06)) * truth_;
+  const SurfacePoints one_source{source_.surface.points.leftCols(1), source_.surface.normals.leftCols(1)};
+  const SurfacePoints one_target{target_.surface.points.leftCols(1), target_.surface.normals.leftCols(1)};
+  const Refinement by_target =
+      refineMutual(one_source, source_.index, target_.surface, target_.index, start, options());
+  const Refinement by_source =
+      refineMutual(source_.surface, source_.index, one_target, target_.index, start, options());
+  const Refinement by_both =
+      refineMutual(source_.surface, source_.index, target_.surface, target_.index, start, options());
+  for (const Refinement* refined : {&by_target, &by_source, &by_both}) {
+    EXPECT_THAT(refined->T_target_source, IsPoseNear(truth_, 1e-3, 1e-3));
+  }
+  EXPECT_NEAR(static_cast<double>(by_both.matches), static_cast<double>(by_target.matches + by_source.matches), 3);
+}
+
 TEST_F(RefinementOfTheRoom, TruthStays)
 {
   const Refinement refined = refinePatches(source_.patches, target_.index, truth_, options());
