@@ -57,9 +57,9 @@ struct Settings {
 struct Outcome {
   pcl_ssfr::Result result;
   double seconds = 0;
-  double rotation_error = 180;   // [deg]
-  double translation_error = 0;  // [m]
-  int truth_rank = -1;           // place of the first right candidate
+  double rotation_error = 180;  // [deg]
+  double translation_error = 0; // [m]
+  int truth_rank = -1;          // place of the first right candidate
   bool success = false;
   std::vector<bool> right_candidates;
 };
@@ -229,7 +229,8 @@ runPair(const fs::path& folder, const Pair& pair, std::size_t number, const Sett
   outcome.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   // The translation error is taken where the source's sensor lies.
   const Eigen::Isometry3d at_sensor(motion);
-  judge(outcome.result.T_target_source * at_sensor, truth * at_sensor, outcome.rotation_error, outcome.translation_error);
+  judge(
+      outcome.result.T_target_source * at_sensor, truth * at_sensor, outcome.rotation_error, outcome.translation_error);
   const auto right = [&settings](double degrees, double metres) {
     return !settings.unrelated && degrees < kMaxRotationError && metres < kMaxTranslationError;
   };
@@ -278,8 +279,15 @@ struct Totals {
   print(const std::string& name) const
   {
     std::printf("| %-20s | %5zu | %6zu | %5.1f %% | %9zu | %15zu | %8.3f | %6.1f | %6.3f |\n",
-                name.c_str(), pairs, solved, 100.0 * static_cast<double>(solved) / static_cast<double>(std::max<std::size_t>(1, pairs)),
-                converged, converged - converged_right, median(degrees), 100 * median(metres), median(seconds));
+                name.c_str(),
+                pairs,
+                solved,
+                100.0 * static_cast<double>(solved) / static_cast<double>(std::max<std::size_t>(1, pairs)),
+                converged,
+                converged - converged_right,
+                median(degrees),
+                100 * median(metres),
+                median(seconds));
     std::fflush(stdout);
   }
 };
@@ -290,9 +298,13 @@ run(const std::vector<std::string>& folders, Settings settings)
   Totals all;
   if (!settings.verbose)
     std::printf("Method %s, source %s, %u threads\n\n"
-                "| set                  | pairs | solved |   rate  | converged | converged wrong | med. deg | med.cm | med. s |\n"
-                "|----------------------|-------|--------|---------|-----------|-----------------|----------|--------|--------|\n",
-                settings.method.c_str(), settings.turn ? "turned at random" : "as it is", settings.threads);
+                "| set                  | pairs | solved |   rate  | converged | converged wrong | med. deg | med.cm | "
+                "med. s |\n"
+                "|----------------------|-------|--------|---------|-----------|-----------------|----------|--------|-"
+                "-------|\n",
+                settings.method.c_str(),
+                settings.turn ? "turned at random" : "as it is",
+                settings.threads);
   for (std::size_t f = 0; f < folders.size(); ++f) {
     const fs::path folder(folders[f]);
     std::vector<Pair> pairs = readPairs(folder / "pairs.csv");
@@ -313,14 +325,35 @@ run(const std::vector<std::string>& folders, Settings settings)
       if (std::getenv("DUMP")) {
         const auto& cs = o.result.candidates;
         for (std::size_t k = 0; k < cs.size(); ++k)
-          std::printf("CAND %s %zu %zu %d %.5f %.5f %.5f %.5f %.5f %.5f %.5f\n", set.c_str(), i, k, o.right_candidates[k] ? 1 : 0, cs[k].score, cs[k].overlap, cs[k].contradiction, cs[k].evidence.unmatched, cs[k].evidence.weakest_direction, cs[k].evidence.tightness, cs[k].evidence.third_direction);
+          std::printf("CAND %s %zu %zu %d %.5f %.5f %.5f %.5f %.5f %.5f %.5f\n",
+                      set.c_str(),
+                      i,
+                      k,
+                      o.right_candidates[k] ? 1 : 0,
+                      cs[k].score,
+                      cs[k].overlap,
+                      cs[k].contradiction,
+                      cs[k].evidence.unmatched,
+                      cs[k].evidence.weakest_direction,
+                      cs[k].evidence.tightness,
+                      cs[k].evidence.third_direction);
       }
       if (settings.verbose || std::getenv("SHOW_FAILED")) {
         const auto& c = o.result.candidates;
         if (settings.verbose || !o.success) {
-          std::printf("%s %zu %s->%s %s %s rot %.3f t %.3f conf %.3f overlap %.3f contra %.4f rank %d", set.c_str(), i,
-                      pairs[i].source.c_str(), pairs[i].target.c_str(), o.success ? "ok" : "WRONG", toString(o.result.status),
-                      o.rotation_error, o.translation_error, o.result.confidence, o.result.overlap, o.result.contradiction, o.truth_rank);
+          std::printf("%s %zu %s->%s %s %s rot %.3f t %.3f conf %.3f overlap %.3f contra %.4f rank %d",
+                      set.c_str(),
+                      i,
+                      pairs[i].source.c_str(),
+                      pairs[i].target.c_str(),
+                      o.success ? "ok" : "WRONG",
+                      toString(o.result.status),
+                      o.rotation_error,
+                      o.translation_error,
+                      o.result.confidence,
+                      o.result.overlap,
+                      o.result.contradiction,
+                      o.truth_rank);
           for (std::size_t k = 0; k < std::min<std::size_t>(c.size(), 4); ++k)
             std::printf(" [%.3f %.3f %.4f]", c[k].score, c[k].overlap, c[k].contradiction);
           std::printf(" %.3f s\n", o.seconds);
@@ -346,18 +379,19 @@ main(int argc, char** argv)
   std::vector<std::string> folders;
   bool as_is = false;
   po::options_description options("dataset_table [options] DATASET...");
-  options.add_options()
-      ("help", "this text")
-      ("method", po::value(&settings.method)->default_value(settings.method), "ssfr, ssfr_paper2017 or icp_point_to_plane")
-      ("as-is", po::bool_switch(&as_is), "do not turn the sources")
-      ("seed", po::value(&settings.seed)->default_value(settings.seed), "of the random rotations")
-      ("threads", po::value(&settings.threads)->default_value(settings.threads), "")
-      ("every", po::value(&settings.every)->default_value(settings.every), "take every k-th pair")
-      ("pairs", po::value(&settings.only)->multitoken(), "only these rows")
-      ("away", po::value(&settings.away)->default_value(0), "move the origins this far from the sensors [m]")
-      ("unrelated", po::bool_switch(&settings.unrelated), "targets from the next folder: whatever is reported converged is wrong")
-      ("verbose", po::bool_switch(&settings.verbose), "a line a pair")
-      ("dataset", po::value(&folders), "folders");
+  options.add_options()("help", "this text")("method",
+                                             po::value(&settings.method)->default_value(settings.method),
+                                             "ssfr, ssfr_paper2017 or icp_point_to_plane")(
+      "as-is", po::bool_switch(&as_is), "do not turn the sources")(
+      "seed", po::value(&settings.seed)->default_value(settings.seed), "of the random rotations")(
+      "threads", po::value(&settings.threads)->default_value(settings.threads), "")(
+      "every", po::value(&settings.every)->default_value(settings.every), "take every k-th pair")(
+      "pairs", po::value(&settings.only)->multitoken(), "only these rows")(
+      "away", po::value(&settings.away)->default_value(0), "move the origins this far from the sensors [m]")(
+      "unrelated",
+      po::bool_switch(&settings.unrelated),
+      "targets from the next folder: whatever is reported converged is wrong")(
+      "verbose", po::bool_switch(&settings.verbose), "a line a pair")("dataset", po::value(&folders), "folders");
   po::positional_options_description positional;
   positional.add("dataset", -1);
   try {

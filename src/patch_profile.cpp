@@ -22,53 +22,55 @@ namespace pcl_ssfr {
 namespace {
 
 // Lengths at scale 1 [m]; the scale of the scene multiplies them.
-constexpr double kLeaf = 0.025;          // finest patches have an edge of 8, the coarsest of 64 leaves
-constexpr double kThickness = 0.03;      // of a patch, at least
-constexpr double kVoxel = 0.5;           // of the index of patches
-constexpr double kFineVoxel = 0.25;      // of the index of small planes for the polish
-constexpr double kBinWidth = 0.1;        // of the histograms along an axis
-constexpr double kSearchStep = 0.25;     // of the shift along the third axis
+constexpr double kLeaf = 0.025;           // finest patches have an edge of 8, the coarsest of 64 leaves
+constexpr double kThickness = 0.03;       // of a patch, at least
+constexpr double kVoxel = 0.5;            // of the index of patches
+constexpr double kFineVoxel = 0.25;       // of the index of small planes for the polish
+constexpr double kBinWidth = 0.1;         // of the histograms along an axis
+constexpr double kSearchStep = 0.25;      // of the shift along the third axis
 constexpr double kDistinctDistance = 0.3; // poses nearer than this (and the angle below) are one
-constexpr double kCoarseReach = 0.5;     // plane distance at the start of the coarse refinement ...
-constexpr double kCoarseFinal = 0.15;    // ... and at its end
-constexpr double kFineReach = 0.2;       // of the fine refinement
+constexpr double kCoarseReach = 0.5;      // plane distance at the start of the coarse refinement ...
+constexpr double kCoarseFinal = 0.15;     // ... and at its end
+constexpr double kFineReach = 0.2;        // of the fine refinement
 constexpr double kFineFinal = 0.05;
-constexpr double kPolishReach = 0.3;     // of the polish
+constexpr double kPolishReach = 0.3; // of the polish
 constexpr double kPolishFinal = 0.1;
-constexpr double kLooseMatch = 0.2;      // plane distance of a match after the coarse refinement ...
-constexpr double kMatch = 0.1;           // ... after the fine one ...
-constexpr double kTightMatch = 0.03;     // ... and when it meets within the noise
-constexpr double kLateral = 0.3;         // beyond the edge of a patch
-constexpr double kFreeMargin = 0.3;      // of the free space
-constexpr double kNoiseFloor = 0.001;    // least standard deviation of plane distances
+constexpr double kLooseMatch = 0.2;   // plane distance of a match after the coarse refinement ...
+constexpr double kMatch = 0.1;        // ... after the fine one ...
+constexpr double kTightMatch = 0.03;  // ... and when it meets within the noise
+constexpr double kLateral = 0.3;      // beyond the edge of a patch
+constexpr double kFreeMargin = 0.3;   // of the free space
+constexpr double kNoiseFloor = 0.001; // least standard deviation of plane distances
 
 // Angles [rad].
-constexpr double kCell = 0.01745;          // of the range image
-constexpr double kDensityRadius = 0.1;     // r_d, chord
-constexpr double kSilence = 0.26;          // chord
-constexpr double kMergeModes = 0.2;        // chord
-constexpr double kPairAngle = 0.07;        // inner angles of pairs agree within this; rotations closer are one
+constexpr double kCell = 0.01745;      // of the range image
+constexpr double kDensityRadius = 0.1; // r_d, chord
+constexpr double kSilence = 0.26;      // chord
+constexpr double kMergeModes = 0.2;    // chord
+constexpr double kPairAngle = 0.07;    // inner angles of pairs agree within this; rotations closer are one
 constexpr double kRefitAngle = 0.12;
-constexpr double kLooseNormals = 0.5;      // normals of a match: in the search ...
-constexpr double kNormals = 0.35;          // ... after the fine refinement ...
-constexpr double kTightNormals = 0.2;      // ... and when they agree within the noise
+constexpr double kLooseNormals = 0.5; // normals of a match: in the search ...
+constexpr double kNormals = 0.35;     // ... after the fine refinement ...
+constexpr double kTightNormals = 0.2; // ... and when they agree within the noise
 constexpr double kDistinctAngle = 0.05;
 
 constexpr int kMaxMainNormals = 14;
 constexpr double kMinRelativeDensity = 0.02;
 constexpr std::size_t kMinPoints = 50;
+constexpr std::size_t kMinPointsPerCell = 12; // in the coarsest cell of a typical point; else the scale is doubled
+constexpr int kMaxCoarsenings = 6;
 constexpr int kPolishPointsAPatch = 4;
-constexpr int kPolishSplit = 100;          // patches of more thinned points are split for the polish
+constexpr int kPolishSplit = 100; // patches of more thinned points are split for the polish
 constexpr int kPolishMinPoints = 8;
 constexpr double kContradictionWeight = 12; // of the score: contradictions are rare and precious (METHOD point 14b)
-constexpr double kNoiseQuantile = 0.25;    // of the thickness of patches: an estimate of the noise that clutter spares
+constexpr double kNoiseQuantile = 0.25;     // of the thickness of patches: an estimate of the noise that clutter spares
 constexpr double kThicknessOverNoise = 1.6;
 constexpr double kTypicalRadius[] = {1.5, 120}; // scenes of radii between these [m] have scale 1
 
 /// How hard the search tries; the second effort is made only when the first finds nothing acceptable.
 struct Effort {
   std::size_t rotations;
-  std::size_t poses; ///< refined
+  std::size_t poses;    ///< refined
   std::size_t distinct; ///< refined finely
   int peaks_first, peaks_second;
 };
@@ -86,6 +88,24 @@ sceneScale(const ScanExtent& extent)
   if (!(extent.radius > 0))
     return 1;
   return extent.radius / std::clamp(extent.radius, kTypicalRadius[0], kTypicalRadius[1]);
+}
+
+/// Thinned points that share a coarsest patch cell with a typical point: the median over the points.
+std::size_t
+pointsPerCell(const ThinnedCloud& cloud, int level)
+{
+  std::vector<std::size_t> counts;
+  for (std::size_t i = 0; i < cloud.codes.size(); ++i) {
+    if (i == 0 || (cloud.codes[i] >> (3 * level)) != (cloud.codes[i - 1] >> (3 * level)))
+      counts.push_back(0);
+    ++counts.back();
+  }
+  std::sort(counts.begin(), counts.end());
+  std::size_t below = 0;
+  for (const std::size_t c : counts)
+    if (2 * (below += c) >= cloud.codes.size())
+      return c;
+  return 0;
 }
 
 std::uint64_t
@@ -156,7 +176,8 @@ struct JudgedPose {
 };
 
 bool
-isSamePose(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b, const Eigen::Vector3d& place, double angle, double distance)
+isSamePose(
+    const Eigen::Isometry3d& a, const Eigen::Isometry3d& b, const Eigen::Vector3d& place, double angle, double distance)
 {
   return (a * place - b * place).norm() < distance &&
          Eigen::AngleAxisd(a.linear().transpose() * b.linear()).angle() < angle;
@@ -181,14 +202,11 @@ formatted(const char* format, double a, double b = 0)
 class PatchRegistration {
 public:
   PatchRegistration(const PatchScan& source, const PatchScan& target, const Options& options)
-  : source_(source)
-  , target_(target)
-  , options_(options)
-  , scale_(std::max(source.scale, target.scale))
-  , noise_(std::max(source.thickness, target.thickness) / (kThickness * scale_))
-  , either_side_(!(source.patches.samples.oriented && target.patches.samples.oriented &&
-                   source.viewpoint_used == target.viewpoint_used))
-  , threads_(static_cast<int>(workers(options)))
+      : source_(source), target_(target), options_(options), scale_(std::max(source.scale, target.scale)),
+        noise_(std::max(source.thickness, target.thickness) / (kThickness * scale_)),
+        either_side_(!(source.patches.samples.oriented && target.patches.samples.oriented &&
+                       source.viewpoint_used == target.viewpoint_used)),
+        threads_(static_cast<int>(workers(options)))
   {
     source_normals_ = source.main_normals;
     target_normals_ = target.main_normals;
@@ -255,8 +273,9 @@ private:
     for (const PatchScan* scan : {&source_, &target_}) {
       const std::string name = scan == &source_ ? "the source scan" : "the target scan";
       if (scan->extent.finite_points < kMinPoints) {
-        fail(Status::TooFewPoints, name + " has " + std::to_string(scan->extent.finite_points) +
-                                       " finite points, at least " + std::to_string(kMinPoints) + " are needed");
+        fail(Status::TooFewPoints,
+             name + " has " + std::to_string(scan->extent.finite_points) + " finite points, at least " +
+                 std::to_string(kMinPoints) + " are needed");
         return false;
       }
       const std::vector<MainNormal>& normals = scan == &source_ ? source_normals_ : target_normals_;
@@ -307,6 +326,13 @@ private:
     return scan.range_image.empty() ? nullptr : &scan.range_image;
   }
 
+  /// Whether contradictions can be seen at all, both ways.
+  bool
+  seesFreeSpace() const
+  {
+    return freeSpace(source_) && freeSpace(target_);
+  }
+
   /// Evidence of both scans, each laid into the other.
   SurfaceEvidence
   evidence(const Eigen::Isometry3d& T, const VisibilityOptions& options) const
@@ -332,9 +358,10 @@ private:
   {
     judge(pose, matchDistance(), kNormals);
     const double tight = kTightMatch / kMatch * matchDistance();
-    pose.tightness = pose.evidence.matched > 0
-                         ? evidence(pose.T_target_source, visibility(tight, kTightNormals)).matched / pose.evidence.matched
-                         : 0;
+    pose.tightness =
+        pose.evidence.matched > 0
+            ? evidence(pose.T_target_source, visibility(tight, kTightNormals)).matched / pose.evidence.matched
+            : 0;
   }
 
   /// METHOD stages 6 to 8, merged and ranked (METHOD point 3).
@@ -391,9 +418,8 @@ private:
     std::vector<PoseHypothesis> poses;
     for (const std::vector<PoseHypothesis>& some : found)
       poses.insert(poses.end(), some.begin(), some.end());
-    std::stable_sort(poses.begin(), poses.end(), [](const PoseHypothesis& a, const PoseHypothesis& b) {
-      return a.score > b.score;
-    });
+    std::stable_sort(
+        poses.begin(), poses.end(), [](const PoseHypothesis& a, const PoseHypothesis& b) { return a.score > b.score; });
     const std::size_t all = poses.size();
     poses.resize(std::min(all, effort.poses));
     report("translations", rotations.size(), all);
@@ -421,11 +447,8 @@ private:
       if (distinct.size() >= most)
         break;
       const bool known = std::any_of(distinct.begin(), distinct.end(), [&](const JudgedPose& other) {
-        return isSamePose(pose.T_target_source,
-                          other.T_target_source,
-                          source_.viewpoint,
-                          kDistinctAngle,
-                          kDistinctDistance * scale_);
+        return isSamePose(
+            pose.T_target_source, other.T_target_source, source_.viewpoint, kDistinctAngle, kDistinctDistance * scale_);
       });
       if (!known)
         distinct.push_back(pose);
@@ -456,10 +479,9 @@ private:
           refinePatches(source_.patches, target_.index, pose.T_target_source, options).T_target_source;
       judge(pose, kLooseMatch, kLooseNormals);
     });
-    poses.erase(std::remove_if(poses.begin(),
-                               poses.end(),
-                               [](const JudgedPose& pose) { return !(pose.evidence.matched > 0); }),
-                poses.end());
+    poses.erase(
+        std::remove_if(poses.begin(), poses.end(), [](const JudgedPose& pose) { return !(pose.evidence.matched > 0); }),
+        poses.end());
     std::vector<JudgedPose> distinct = keepDistinct(std::move(poses), effort.distinct);
     report("coarse refinement", hypotheses.size(), distinct.size());
     return distinct;
@@ -495,12 +517,13 @@ private:
       return (T * source_.viewpoint - wanted * source_.viewpoint).norm() +
              source_.extent.radius * Eigen::AngleAxisd(T.linear().transpose() * wanted.linear()).angle();
     };
-    const double least = kAmbiguousRatio * poses.front().score;
+    const double least = ambiguousRatio(seesFreeSpace()) * poses.front().score;
     std::size_t nearest = 0;
     for (std::size_t i = 1; i < poses.size() && poses[i].score >= least; ++i)
       if (distance(poses[i]) < distance(poses[nearest]))
         nearest = i;
-    std::rotate(poses.begin(), poses.begin() + static_cast<std::ptrdiff_t>(nearest),
+    std::rotate(poses.begin(),
+                poses.begin() + static_cast<std::ptrdiff_t>(nearest),
                 poses.begin() + static_cast<std::ptrdiff_t>(nearest) + 1);
   }
 
@@ -514,9 +537,12 @@ private:
     RefinementOptions polish =
         refinement(kPolishReach, kPolishFinal, kNormals, std::max(1, options_.max_refinement_steps));
     polish.match.lateral = static_cast<float>(kPolishLateral * scale_);
-    polish_ = refineMutual(source_.surface, source_.fine_index, target_.surface, target_.fine_index,
-                           best.T_target_source, polish);
-    if (isSamePose(polish_.T_target_source, best.T_target_source, source_.viewpoint, kDistinctAngle,
+    polish_ = refineMutual(
+        source_.surface, source_.fine_index, target_.surface, target_.fine_index, best.T_target_source, polish);
+    if (isSamePose(polish_.T_target_source,
+                   best.T_target_source,
+                   source_.viewpoint,
+                   kDistinctAngle,
                    kDistinctDistance * scale_)) {
       best.T_target_source = polish_.T_target_source;
       judgeFinely(best);
@@ -550,8 +576,7 @@ private:
     candidate.evidence.tightness = pose.tightness;
     candidate.evidence.weakest_direction = weakestMatchedShare(pose.evidence);
     candidate.evidence.third_direction =
-        std::max(0.0,
-                 Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(pose.evidence.matched_normals).eigenvalues()[0]) /
+        std::max(0.0, Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(pose.evidence.matched_normals).eigenvalues()[0]) /
         pose.evidence.total;
     return candidate;
   }
@@ -576,10 +601,9 @@ private:
     result_.overlap = best.overlap;
     result_.contradiction = best.contradiction;
     result_.rmse = polish_.rms;
-    result_.confidence = estimateConfidence(best, ratio, freeSpace(source_) && freeSpace(target_));
+    result_.confidence = estimateConfidence(best, ratio, seesFreeSpace());
     if (polish_.matches > 0) {
-      result_.information =
-          informationMatrix(polish_, target_.origin, kNoiseFloor * scale_, kPolishPointsAPatch);
+      result_.information = informationMatrix(polish_, target_.origin, kNoiseFloor * scale_, kPolishPointsAPatch);
       result_.unobservable = findUnobservableDirections(polish_);
     }
     decide(ratio);
@@ -603,10 +627,11 @@ private:
       fail(Status::Unobservable, text);
       return;
     }
-    if (ratio >= kAmbiguousRatio) {
+    const double ambiguous = ambiguousRatio(seesFreeSpace());
+    if (best.score > 0 && ratio >= ambiguous) {
       std::size_t equals = 0;
       for (const Candidate& c : result_.candidates)
-        equals += c.score >= kAmbiguousRatio * best.score;
+        equals += c.score >= ambiguous * best.score;
       result_.confidence = std::min(result_.confidence, 1.0 / static_cast<double>(std::max<std::size_t>(2, equals)));
       fail(Status::Ambiguous,
            std::to_string(std::max<std::size_t>(2, equals)) +
@@ -614,8 +639,10 @@ private:
       return;
     }
     if (best.score > 0 && result_.confidence >= options_.min_confidence) {
-      fail(Status::Converged, formatted("%.0f %% of the surface meets its counterpart, %.1f %% contradicts the pose",
-                                        100 * best.overlap, 100 * best.contradiction));
+      fail(Status::Converged,
+           formatted("%.0f %% of the surface meets its counterpart, %.1f %% contradicts the pose",
+                     100 * best.overlap,
+                     100 * best.contradiction));
       return;
     }
     const double visible = best.overlap + best.contradiction + best.evidence.unmatched;
@@ -623,17 +650,19 @@ private:
       fail(Status::Contradicted,
            formatted("the best pose puts %.1f %% of the surface into space that the other sensor saw to be free, while "
                      "%.0f %% meets its counterpart",
-                     100 * best.contradiction, 100 * best.overlap));
-    else
-      fail(Status::LowOverlap,
-           formatted("under the best pose only %.0f %% of the surface meets its counterpart: the scans may not show the "
-                     "same place",
+                     100 * best.contradiction,
                      100 * best.overlap));
+    else
+      fail(
+          Status::LowOverlap,
+          formatted("under the best pose only %.0f %% of the surface meets its counterpart: the scans may not show the "
+                    "same place",
+                    100 * best.overlap));
   }
 
-  static constexpr double kPolishLateral = 0.1;          // [m] at scale 1
+  static constexpr double kPolishLateral = 0.1; // [m] at scale 1
   static constexpr double kUnobservableConfidence = 0.3;
-  static constexpr double kTellingContradiction = 0.1;   // of the visible surface
+  static constexpr double kTellingContradiction = 0.1; // of the visible surface
 
   const PatchScan& source_;
   const PatchScan& target_;
@@ -664,11 +693,20 @@ preparePatchScan(const ScanView& scan, const Options& options)
   prepared.origin = prepared.extent.centroid;
   PatchOptions patches = options.patches;
   // A patch of the finest level has an edge of 2^finest_level leaves; a normal radius r asks for an edge of 2 r.
-  const double leaf = options.leaf > 0 ? options.leaf
-                      : options.normal_radius > 0
-                          ? 2 * options.normal_radius / static_cast<double>(1 << patches.finest_level)
-                          : kLeaf * prepared.scale;
-  const ThinnedCloud cloud = thinScan(scan, leaf, prepared.origin, 0, workers(options));
+  const bool given = options.leaf > 0 || options.normal_radius > 0;
+  const auto leaf = [&] {
+    return options.leaf > 0            ? options.leaf
+           : options.normal_radius > 0 ? 2 * options.normal_radius / static_cast<double>(1 << patches.finest_level)
+                                       : kLeaf * prepared.scale;
+  };
+  ThinnedCloud cloud = thinScan(scan, leaf(), prepared.origin, 0, workers(options));
+  // Where points are sparse, patches must be larger to hold enough of them.
+  for (int step = 0; step < kMaxCoarsenings && !given && cloud.size() >= static_cast<Eigen::Index>(kMinPoints) &&
+                     pointsPerCell(cloud, patches.coarsest_level) < kMinPointsPerCell;
+       ++step) {
+    prepared.scale *= 2;
+    cloud = thinScan(scan, leaf(), prepared.origin, 0, workers(options));
+  }
   report("thinning", scan.count(), count(cloud.size()));
 
   const Eigen::Vector3d viewpoint = scan.viewpoint - prepared.origin;
@@ -683,9 +721,8 @@ preparePatchScan(const ScanView& scan, const Options& options)
   report("range image", count(cloud.size()), prepared.range_image.size());
 
   const Eigen::Vector3d* seen_from = prepared.viewpoint_used ? &viewpoint : nullptr;
-  prepared.thickness = patches.thickness > 0
-                           ? patches.thickness
-                           : choosePatchThickness(cloud, kThickness * prepared.scale, patches);
+  prepared.thickness =
+      patches.thickness > 0 ? patches.thickness : choosePatchThickness(cloud, kThickness * prepared.scale, patches);
   prepared.patches = extractPatches(cloud, seen_from, prepared.thickness, patches);
   report("patches", count(cloud.size()), count(prepared.patches.size()));
 

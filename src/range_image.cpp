@@ -13,11 +13,13 @@ constexpr float kTowardsNeighbour = 0.5f; // a surface within a cell comes as ne
 constexpr double kRightAngle = 1.5707963267948966;
 constexpr double kViewpointCell = 0.01745; // [rad]
 constexpr double kDepthRatio = 1.5;
-constexpr double kDepthMargin = 0.3;   // [m] at scale 1
-constexpr double kDisplacement = 3;    // [m] at scale 1
-constexpr double kMinSpread = 0.35;    // occupied directions, relative to those seen from the centroid
+constexpr double kDepthMargin = 0.3; // [m] at scale 1
+constexpr double kDisplacement = 3;  // [m] at scale 1
+constexpr double kMinSpread = 0.35;  // occupied directions, relative to those seen from the centroid
 // Measured on 80 single scans (gain 1.46 and more, 1.9 in the median of the worst set) and on merged ones (up to 1.5).
 constexpr double kCleanShare = 0.01;
+constexpr double kMinMixedShare = 0.03;
+constexpr double kMaxMixing = 0.95;
 constexpr double kClearGain = 1.8;
 constexpr double kWeakGain = 1.4;
 constexpr double kMaxFineShareAtWeakGain = 0.08;
@@ -36,9 +38,8 @@ occupiedCells(const Eigen::Matrix3Xf& points, const Eigen::Vector3f& viewpoint)
 } // namespace
 
 RangeImage::RangeImage(const Eigen::Matrix3Xf& points, const Eigen::Vector3f& viewpoint, double cell)
-: resolution_(std::max(1, static_cast<int>(std::ceil(kRightAngle / cell))))
-, half_(0.5f * static_cast<float>(resolution_))
-, viewpoint_(viewpoint)
+    : resolution_(std::max(1, static_cast<int>(std::ceil(kRightAngle / cell)))),
+      half_(0.5f * static_cast<float>(resolution_)), viewpoint_(viewpoint)
 {
   const auto cells = static_cast<std::size_t>(6 * resolution_ * resolution_);
   nearest_.assign(cells, 0.f);
@@ -106,6 +107,11 @@ isPlausibleViewpoint(const Eigen::Matrix3Xf& points, const Eigen::Vector3f& view
   const double here = twoDepthShare(points, viewpoint, kViewpointCell, margin);
   if (here <= kCleanShare)
     return true;
+  // In one scan two depths meet at the edges of things only, and fewer in finer cells; where scans were merged they
+  // meet all over.
+  const double finer = twoDepthShare(points, viewpoint, 0.5 * kViewpointCell, margin);
+  if (here > kMinMixedShare && finer > kMaxMixing * here)
+    return false;
   double elsewhere = 0;
   for (int k = 0; k < 6; ++k) {
     Eigen::Vector3f place = viewpoint;
@@ -113,8 +119,7 @@ isPlausibleViewpoint(const Eigen::Matrix3Xf& points, const Eigen::Vector3f& view
     elsewhere += twoDepthShare(points, place, kViewpointCell, margin) / 6;
   }
   const double gain = elsewhere / here;
-  return gain >= kClearGain || (gain >= kWeakGain && twoDepthShare(points, viewpoint, 0.5 * kViewpointCell, margin) <
-                                                         kMaxFineShareAtWeakGain);
+  return gain >= kClearGain || (gain >= kWeakGain && finer < kMaxFineShareAtWeakGain);
 }
 
 } // namespace pcl_ssfr

@@ -7,8 +7,11 @@
 
 namespace pcl_ssfr {
 
-/// Score of the best distinct rival from which on an answer is called ambiguous, as a share of the winner's.
-constexpr double kAmbiguousRatio = 0.96;
+/** \brief Score of the best distinct rival, as a share of the winner's, from which on an answer is called ambiguous.
+ * Without free space (a viewpoint unknown) scores tell less, and a smaller share will do.
+ */
+double
+ambiguousRatio(bool free_space);
 
 /** \brief Estimated probability that a pose of the default profile is right, from the evidence for it.
  *

@@ -1,0 +1,391 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+// The default profile from end to end, on simulated scenes with exact ground truth.
+
+#include <pcl_ssfr/pipeline.h>
+
+#include "pose_matchers.h"
+#include "synthetic_scene.h"
+
+#include <Eigen/Eigenvalues>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace pcl_ssfr {
+namespace {
+
+using namespace pcl_ssfr::testing;
+
+constexpr double kDegree = 0.017453292519943295;
+
+ScanView
+viewOf(const Eigen::Matrix3Xf& points)
+{
+  ScanView view;
+  view.xyz = points.data();
+  view.size = static_cast<std::size_t>(points.cols());
+  return view;
+}
+
+/// Two scans of a scene and the truth between them.
+struct Pair {
+  Eigen::Matrix3Xf source, target;
+  Eigen::Isometry3d T_target_source = Eigen::Isometry3d::Identity();
+};
+
+Pair
+scanPair(const Scene& scene, std::size_t a, std::size_t b, const SensorPattern& pattern, std::uint64_t seed)
+{
+  Random random(seed);
+  Eigen::Isometry3d T_world_source = sensorPose(scene.stations.at(a), 0);
+  T_world_source.linear() = randomRotation(random);
+  const Eigen::Isometry3d T_world_target = sensorPose(scene.stations.at(b), random.uniform(0, 6.28), 0.1);
+  return {castScan(scene, T_world_source, pattern, 2 * seed),
+          castScan(scene, T_world_target, pattern, 2 * seed + 1),
+          relativePose(T_world_target, T_world_source)};
+}
+
+Result
+registerPair(const Pair& pair,
+             Options options = makeOptions(Profile::Default),
+             const Eigen::Isometry3d* guess = nullptr)
+{
+  if (options.threads == 1)
+    options.threads = 2;
+  return registerScans(
+      prepareScan(viewOf(pair.source), options), prepareScan(viewOf(pair.target), options), options, guess);
+}
+
+// ---- recovery
+
+class Recovers : public ::testing::TestWithParam<int> {};
+
+TEST_P(Recovers, roomsFromAnyOrientation)
+{
+  const Pair pair = scanPair(makeFurnishedRoom(static_cast<std::uint64_t>(GetParam())), 0, 1, roomScanner(), 11);
+  const Result result = registerPair(pair);
+  EXPECT_EQ(result.status, Status::Converged) << result.message;
+  EXPECT_THAT(result.T_target_source, IsPoseNear(pair.T_target_source, 0.1 * kDegree, 0.005));
+  EXPECT_GT(result.confidence, 0.9);
+  EXPECT_GT(result.overlap, 0.6);
+  EXPECT_LT(result.contradiction, 0.02);
+  EXPECT_TRUE(result.source_viewpoint_used && result.target_viewpoint_used);
+}
+
+TEST_P(Recovers, hallsAndStreets)
+{
+  const auto seed = static_cast<std::uint64_t>(GetParam());
+  const Pair hall = scanPair(makeHall(seed), 0, 1, terrestrialScanner(0.0175), 21);
+  EXPECT_THAT(registerPair(hall).T_target_source, IsPoseNear(hall.T_target_source, 0.1 * kDegree, 0.01));
+  const Pair street = scanPair(makeStreet(seed), 1, 2, vehicleScanner(), 22);
+  EXPECT_THAT(registerPair(street).T_target_source, IsPoseNear(street.T_target_source, 0.2 * kDegree, 0.03));
+}
+
+INSTANTIATE_TEST_SUITE_P(Seeds, Recovers, ::testing::Values(1, 2, 3));
+
+// ---- laws
+
+TEST(Pipeline, isEquivariant)
+{
+  // Moving both clouds, and where the sensor is, moves the answer along: f(A s, B t) = B f(s, t) A^-1.
+  const Pair pair = scanPair(makeFurnishedRoom(4), 0, 1, roomScanner(), 31);
+  Random random(5);
+  const Eigen::Isometry3d A = randomMotion(random, 100), B = randomMotion(random, 100);
+  const Eigen::Matrix3Xf source = transformed(A, pair.source), target = transformed(B, pair.target);
+  ScanView s = viewOf(source), t = viewOf(target);
+  s.viewpoint = A.translation();
+  t.viewpoint = B.translation();
+  s.viewpoint_is_known = t.viewpoint_is_known = true;
+  const Options options = makeOptions(Profile::Default);
+  const Result result = registerScans(prepareScan(s, options), prepareScan(t, options), options);
+  EXPECT_EQ(result.status, Status::Converged) << result.message;
+  EXPECT_THAT(B.inverse() * result.T_target_source * A, IsPoseNear(pair.T_target_source, 0.1 * kDegree, 0.005));
+}
+
+TEST(Pipeline, swappingTheScansInvertsTheAnswer)
+{
+  const Pair pair = scanPair(makeFurnishedRoom(5), 0, 1, roomScanner(), 41);
+  const Result there = registerPair(pair);
+  const Result back = registerPair({pair.target, pair.source, pair.T_target_source.inverse()});
+  EXPECT_THAT(back.T_target_source.inverse(), IsPoseNear(there.T_target_source, 0.05 * kDegree, 0.003));
+}
+
+TEST(Pipeline, sameBitsForAnyNumberOfThreadsAndAnyOrderOfRuns)
+{
+  const Pair pair = scanPair(makeHall(3), 1, 2, terrestrialScanner(0.0175), 51);
+  Options options = makeOptions(Profile::Default);
+  std::vector<double> first;
+  for (const unsigned threads : {1u, 2u, 8u, 1u}) {
+    options.threads = threads;
+    const Result r =
+        registerScans(prepareScan(viewOf(pair.source), options), prepareScan(viewOf(pair.target), options), options);
+    std::vector<double> numbers(r.T_target_source.data(), r.T_target_source.data() + 16);
+    numbers.insert(numbers.end(), r.information.data(), r.information.data() + 36);
+    numbers.insert(numbers.end(), {r.confidence, r.overlap, r.contradiction, r.rmse});
+    for (const Candidate& c : r.candidates)
+      numbers.insert(numbers.end(), c.T_target_source.data(), c.T_target_source.data() + 16);
+    if (first.empty())
+      first = numbers;
+    ASSERT_EQ(numbers.size(), first.size());
+    EXPECT_EQ(std::memcmp(numbers.data(), first.data(), first.size() * sizeof(double)), 0) << threads << " threads";
+  }
+}
+
+TEST(Pipeline, aPreparedScanServesManyPartners)
+{
+  const Scene scene = makeFurnishedRoom(6);
+  const Pair a = scanPair(scene, 0, 1, roomScanner(), 61);
+  const Options options = makeOptions(Profile::Default);
+  const PreparedScan target = prepareScan(viewOf(a.target), options);
+  const PreparedScan source = prepareScan(viewOf(a.source), options);
+  const Result once = registerScans(source, target, options);
+  const Result itself = registerScans(target, target, options);
+  const Result again = registerScans(source, target, options);
+  EXPECT_EQ(once.T_target_source.matrix(), again.T_target_source.matrix());
+  EXPECT_THAT(itself.T_target_source, IsPoseNear(Eigen::Isometry3d::Identity(), 1e-3, 1e-3));
+}
+
+// ---- honesty
+
+TEST(Honest, aSymmetricRoomIsAmbiguousAndBothAnswersAreListed)
+{
+  const Pair pair = scanPair(makeSymmetricRoom(), 0, 1, roomScanner(), 71);
+  const Result result = registerPair(pair);
+  EXPECT_EQ(result.status, Status::Ambiguous) << result.message;
+  EXPECT_LE(result.confidence, 0.5);
+  ASSERT_GE(result.candidates.size(), 2u);
+  bool listed = false;
+  for (std::size_t i = 0; i < 2; ++i)
+    listed = listed || poseError(result.candidates[i].T_target_source, pair.T_target_source).rotation < kDegree;
+  EXPECT_TRUE(listed) << "the truth is not among the two best";
+}
+
+TEST(Honest, aGuessBreaksTheTieOfASymmetricRoom)
+{
+  const Pair pair = scanPair(makeSymmetricRoom(), 0, 1, roomScanner(), 72);
+  Random random(9);
+  const Eigen::Isometry3d guess =
+      pair.T_target_source * Eigen::Translation3d(0.2, -0.1, 0.1) * Eigen::AngleAxisd(0.05, Eigen::Vector3d::UnitZ());
+  const Result result = registerPair(pair, makeOptions(Profile::Default), &guess);
+  EXPECT_THAT(result.T_target_source, IsPoseNear(pair.T_target_source, 0.2 * kDegree, 0.01));
+}
+
+TEST(Honest, aWrongGuessDoesNotDegradeTheAnswer)
+{
+  const Pair pair = scanPair(makeFurnishedRoom(2), 0, 1, roomScanner(), 73);
+  Random random(10);
+  const Eigen::Isometry3d guess = randomMotion(random, 5);
+  const Result result = registerPair(pair, makeOptions(Profile::Default), &guess);
+  EXPECT_EQ(result.status, Status::Converged);
+  EXPECT_THAT(result.T_target_source, IsPoseNear(pair.T_target_source, 0.1 * kDegree, 0.005));
+}
+
+TEST(Honest, aCorridorWithoutAnEndNamesItsDirection)
+{
+  const Scene corridor = makeEndlessCorridor();
+  const Eigen::Isometry3d T_world_target = sensorPose(corridor.stations.at(1), 0.3, 0);
+  const Eigen::Isometry3d T_world_source = sensorPose(corridor.stations.at(0), 1.3, 0);
+  const Pair pair{castScan(corridor, T_world_source, roomScanner(), 1),
+                  castScan(corridor, T_world_target, roomScanner(), 2),
+                  relativePose(T_world_target, T_world_source)};
+  const Result result = registerPair(pair);
+  EXPECT_EQ(result.status, Status::Unobservable) << result.message;
+  EXPECT_LT(result.confidence, 0.5);
+  ASSERT_FALSE(result.unobservable.empty());
+  EXPECT_FALSE(result.unobservable.front().rotation);
+  // The corridor runs along the direction in which its stations differ.
+  const Eigen::Vector3d along =
+      T_world_target.linear().transpose() * (corridor.stations.at(1) - corridor.stations.at(0)).normalized();
+  EXPECT_GT(std::abs(result.unobservable.front().direction.dot(along)), 0.98);
+}
+
+TEST(Honest, onePlaneHasTooFewDirections)
+{
+  const Result result = registerPair(scanPair(makeSinglePlane(), 0, 1, roomScanner(), 74));
+  EXPECT_EQ(result.status, Status::TooFewDirections) << result.message;
+  EXPECT_FALSE(result.accepted());
+}
+
+TEST(Honest, aSphereIsNotAccepted)
+{
+  EXPECT_FALSE(registerPair(scanPair(makeSphereInside(), 0, 1, roomScanner(), 75)).accepted());
+}
+
+TEST(Honest, unrelatedRoomsAreNotAccepted)
+{
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    const auto [a, b] = makeUnrelatedRooms(seed);
+    const Pair pair{castScan(a, sensorPose(a.stations[0], 1, 0.1), roomScanner(), 1),
+                    castScan(b, sensorPose(b.stations[0], 2, 0.1), roomScanner(), 2),
+                    Eigen::Isometry3d::Identity()};
+    const Result result = registerPair(pair);
+    EXPECT_FALSE(result.accepted()) << "seed " << seed << ", confidence " << result.confidence;
+    EXPECT_FALSE(result.message.empty());
+  }
+}
+
+TEST(Honest, theInformationMatrixIsSymmetricAndPositive)
+{
+  const Result result = registerPair(scanPair(makeFurnishedRoom(1), 0, 1, roomScanner(), 76));
+  EXPECT_EQ(result.information, result.information.transpose());
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 6, 6>> solver(result.information);
+  EXPECT_GT(solver.eigenvalues()[0], 0);
+  EXPECT_TRUE(result.unobservable.empty());
+  EXPECT_GT(result.rmse, 0);
+  EXPECT_LT(result.rmse, 0.03);
+}
+
+// ---- viewpoint, offsets, priors, limits
+
+TEST(Viewpoint, mergedScansAreNotBelievedAndStillSolved)
+{
+  const Scene scene = makeFurnishedRoom(3);
+  const Eigen::Isometry3d T_world_target = sensorPose(scene.stations[0], 0.5, 0);
+  std::vector<Eigen::Matrix3Xf> scans;
+  Eigen::Index total = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Eigen::Isometry3d T_world_sensor = i == 0 ? T_world_target : sensorPose(scene.stations.at(i), 2, 0.1);
+    scans.push_back(
+        transformed(T_world_target.inverse() * T_world_sensor, castScan(scene, T_world_sensor, roomScanner(0.025), i)));
+    total += scans.back().cols();
+  }
+  Eigen::Matrix3Xf merged(3, total);
+  merged << scans[0], scans[1], scans[2];
+  Random random(3);
+  const Eigen::Isometry3d motion = randomMotion(random, 20); // the source: the same merged cloud, seen from elsewhere
+  const Pair pair{transformed(motion, merged), merged, motion.inverse()};
+  const Result result = registerPair(pair);
+  EXPECT_FALSE(result.source_viewpoint_used);
+  EXPECT_FALSE(result.target_viewpoint_used);
+  EXPECT_THAT(result.T_target_source, IsPoseNear(pair.T_target_source, 0.1 * kDegree, 0.01)) << result.message;
+}
+
+TEST(Viewpoint, unknownModeUsesNeitherSignNorFreeSpace)
+{
+  const Pair pair = scanPair(makeFurnishedRoom(2), 0, 1, roomScanner(), 81);
+  Options options = makeOptions(Profile::Default);
+  options.viewpoint_mode = ViewpointMode::Unknown;
+  const Result result = registerPair(pair, options);
+  EXPECT_FALSE(result.source_viewpoint_used || result.target_viewpoint_used);
+  EXPECT_EQ(result.contradiction, 0);
+  EXPECT_THAT(result.T_target_source, IsPoseNear(pair.T_target_source, 0.1 * kDegree, 0.005));
+}
+
+TEST(Offsets, mapCoordinatesAMillionMetresAway)
+{
+  // Float coordinates at 1e6 m are quantised to 6 cm: the answer can be no better than that allows.
+  const Pair near = scanPair(makeFurnishedRoom(1), 0, 1, roomScanner(), 91);
+  const Eigen::Isometry3d A(Eigen::Translation3d(1e6, -5e5, 300)), B(Eigen::Translation3d(1e6, -5e5, 310));
+  const Pair far{transformed(A, near.source), transformed(B, near.target), B * near.T_target_source * A.inverse()};
+  const Result result = registerPair(far);
+  const Eigen::Isometry3d back = B.inverse() * result.T_target_source * A;
+  EXPECT_THAT(back, IsPoseNear(near.T_target_source, 0.5 * kDegree, 0.05)) << result.message;
+}
+
+TEST(Scales, aSmallModelAndAHugeSceneNeedNoParameter)
+{
+  const Pair pair = scanPair(makeFurnishedRoom(2), 0, 1, roomScanner(), 92);
+  for (const double scale : {0.05, 40.0}) {
+    const auto f = static_cast<float>(scale);
+    Pair scaled{pair.source * f, pair.target * f, pair.T_target_source};
+    scaled.T_target_source.translation() *= scale;
+    const Result result = registerPair(scaled);
+    EXPECT_EQ(result.status, Status::Converged) << "scale " << scale << ": " << result.message;
+    EXPECT_THAT(result.T_target_source, IsPoseNear(scaled.T_target_source, 0.2 * kDegree, 0.02 * scale));
+  }
+}
+
+TEST(Gravity, aWrongPriorIsObeyedAndARightOneHelps)
+{
+  const Pair pair = scanPair(makeFurnishedRoom(3), 0, 1, roomScanner(), 93);
+  Options options = makeOptions(Profile::Default);
+  GravityPrior prior;
+  prior.up_target = Eigen::Vector3d::UnitZ();
+  prior.up_source = pair.T_target_source.linear().transpose() * prior.up_target;
+  prior.tolerance = 5 * kDegree;
+  options.gravity = prior;
+  EXPECT_THAT(registerPair(pair, options).T_target_source, IsPoseNear(pair.T_target_source, 0.1 * kDegree, 0.005));
+  options.gravity->up_source = -prior.up_source;
+  const Result upside_down = registerPair(pair, options);
+  for (const Candidate& c : upside_down.candidates)
+    EXPECT_LT((c.T_target_source.linear() * options.gravity->up_source - prior.up_target).norm(), 0.3);
+}
+
+TEST(Limits, timeRunsOutCleanly)
+{
+  const Pair pair = scanPair(makeHall(1), 0, 1, terrestrialScanner(0.0175), 94);
+  Options options = makeOptions(Profile::Default);
+  options.time_limit = 1e-6;
+  const Result result = registerPair(pair, options);
+  EXPECT_EQ(result.status, Status::TimeLimit) << result.message;
+}
+
+TEST(Limits, stagesAreReportedWithCountsAndSeconds)
+{
+  const Result result = registerPair(scanPair(makeFurnishedRoom(1), 0, 1, roomScanner(), 95));
+  ASSERT_GE(result.stages.size(), 5u);
+  for (const StageReport& stage : result.stages) {
+    EXPECT_FALSE(stage.name.empty());
+    EXPECT_GE(stage.seconds, 0);
+  }
+}
+
+// ---- degenerate input
+
+TEST(Degenerate, everyKindOfEmptyOrBrokenCloudEndsWithAStatus)
+{
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  const float inf = std::numeric_limits<float>::infinity();
+  const Pair pair = scanPair(makeFurnishedRoom(1), 0, 1, roomScanner(0.035), 96);
+  std::vector<Eigen::Matrix3Xf> clouds;
+  clouds.emplace_back(3, 0);
+  clouds.push_back(Eigen::Matrix3Xf::Constant(3, 1, 1.f));
+  clouds.push_back(Eigen::Matrix3Xf::Constant(3, 1000, nan));
+  clouds.push_back(Eigen::Matrix3Xf::Constant(3, 1000, inf));
+  clouds.push_back(Eigen::Matrix3Xf::Constant(3, 100000, 2.f)); // duplicates
+  clouds.push_back(Eigen::Matrix3Xf::Random(3, 5000));          // clutter
+  clouds.push_back(Eigen::Matrix3Xf::Random(3, 5000) * 1e30f);
+  Eigen::Matrix3Xf line = Eigen::Matrix3Xf::Zero(3, 5000);
+  line.row(0).setLinSpaced(0, 10);
+  clouds.push_back(line);
+  for (std::size_t i = 0; i < clouds.size(); ++i)
+    for (const bool swapped : {false, true}) {
+      const Result result =
+          swapped ? registerPair({pair.source, clouds[i], {}}) : registerPair({clouds[i], pair.target, {}});
+      EXPECT_FALSE(result.accepted()) << "cloud " << i << ", " << toString(result.status);
+      EXPECT_NE(result.status, Status::NotRun);
+      EXPECT_FALSE(result.message.empty()) << "cloud " << i;
+      EXPECT_TRUE(result.T_target_source.matrix().allFinite()) << "cloud " << i;
+    }
+}
+
+TEST(Degenerate, nanPointsAmongGoodOnesAreSkipped)
+{
+  Pair pair = scanPair(makeFurnishedRoom(1), 0, 1, roomScanner(), 97);
+  const Result clean = registerPair(pair);
+  Eigen::Matrix3Xf dirty(3, pair.source.cols() + 2);
+  dirty << Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN()), pair.source,
+      Eigen::Vector3f(1, std::numeric_limits<float>::infinity(), 2);
+  const Result result = registerPair({dirty, pair.target, pair.T_target_source});
+  EXPECT_EQ(result.T_target_source.matrix(), clean.T_target_source.matrix());
+}
+
+TEST(Degenerate, scansThatWereNotPreparedAreInvalidInput)
+{
+  const Options options = makeOptions(Profile::Default);
+  EXPECT_EQ(registerScans({}, {}, options).status, Status::InvalidInput);
+  Options bad = options;
+  bad.leaf = -1;
+  EXPECT_THROW(registerScans({}, {}, bad), std::invalid_argument);
+}
+
+} // namespace
+} // namespace pcl_ssfr
