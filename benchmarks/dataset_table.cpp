@@ -49,6 +49,8 @@ struct Settings {
   std::size_t every = 1;
   double away = 0; ///< move the origin of both scans this far from the sensor [m]
   bool verbose = false;
+  bool failed = false;   ///< a line for each pair that was not solved
+  bool features = false; ///< a line a candidate with its evidence, for scripts/fit_confidence
   std::vector<std::size_t> only;
   bool unrelated = false; ///< pair each source with a target of the next folder: every answer is wrong
   fs::path target_folder; ///< of the targets, when unrelated
@@ -292,6 +294,64 @@ struct Totals {
   }
 };
 
+/// One table: every method, sources turned at random and as they are. The default profile runs on every pair.
+int
+compare(const std::vector<std::string>& folders, Settings settings)
+{
+  const std::vector<std::string> methods = {"ssfr", "ssfr_paper2017", "icp_point_to_plane"};
+  const std::size_t every = settings.every;
+  std::printf(
+      "Solved pairs (within %g degrees and %g m) of pairs tried. Turned: each source first turned at random about "
+      "its sensor (seed %u).\n\n"
+      "| set | ssfr, turned | ssfr, as is | paper2017, turned | paper2017, as is | ICP, turned | ICP, as is | "
+      "ssfr median error | ssfr converged wrong |\n|---|---|---|---|---|---|---|---|---|\n",
+      kMaxRotationError,
+      kMaxTranslationError,
+      settings.seed);
+  std::map<std::pair<std::string, bool>, Totals> all;
+  const auto cell = [](const Totals& t) { std::printf(" %zu / %zu |", t.solved, t.pairs); };
+  for (const std::string& name : folders) {
+    const fs::path folder(name);
+    const std::vector<Pair> pairs = readPairs(folder / "pairs.csv");
+    std::printf("| %s |", fs::weakly_canonical(folder).filename().c_str());
+    Totals ours;
+    std::size_t wrong = 0;
+    for (const std::string& method : methods)
+      for (const bool turn : {true, false}) {
+        settings.method = method;
+        settings.turn = turn;
+        settings.every = method == "ssfr" ? 1 : every;
+        Totals totals;
+        for (std::size_t i = 0; i < pairs.size(); i += settings.every) {
+          const Outcome outcome = runPair(folder, pairs[i], i, settings);
+          totals.add(outcome);
+          all[{method, turn}].add(outcome);
+        }
+        cell(totals);
+        std::fflush(stdout);
+        if (method == "ssfr") {
+          wrong += totals.converged - totals.converged_right;
+          if (turn)
+            ours = totals;
+        }
+      }
+    std::printf(" %.3f deg, %.1f cm | %zu |\n", median(ours.degrees), 100 * median(ours.metres), wrong);
+    std::fflush(stdout);
+  }
+  std::printf("| all |");
+  std::size_t wrong = 0;
+  for (const std::string& method : methods)
+    for (const bool turn : {true, false}) {
+      const Totals& totals = all[{method, turn}];
+      cell(totals);
+      if (method == "ssfr")
+        wrong += totals.converged - totals.converged_right;
+    }
+  const Totals& ours = all[{"ssfr", true}];
+  std::printf(" %.3f deg, %.1f cm | %zu |\n", median(ours.degrees), 100 * median(ours.metres), wrong);
+  return 0;
+}
+
 int
 run(const std::vector<std::string>& folders, Settings settings)
 {
@@ -322,7 +382,7 @@ run(const std::vector<std::string>& folders, Settings settings)
       const Outcome o = runPair(folder, pairs[i], i, settings);
       totals.add(o);
       all.add(o);
-      if (std::getenv("DUMP")) {
+      if (settings.features) {
         const auto& cs = o.result.candidates;
         for (std::size_t k = 0; k < cs.size(); ++k)
           std::printf("CAND %s %zu %zu %d %.5f %.5f %.5f %.5f %.5f %.5f %.5f\n",
@@ -338,7 +398,7 @@ run(const std::vector<std::string>& folders, Settings settings)
                       cs[k].evidence.tightness,
                       cs[k].evidence.third_direction);
       }
-      if (settings.verbose || std::getenv("SHOW_FAILED")) {
+      if (settings.verbose || settings.failed) {
         const auto& c = o.result.candidates;
         if (settings.verbose || !o.success) {
           std::printf("%s %zu %s->%s %s %s rot %.3f t %.3f conf %.3f overlap %.3f contra %.4f rank %d",
@@ -378,20 +438,30 @@ main(int argc, char** argv)
   Settings settings;
   std::vector<std::string> folders;
   bool as_is = false;
+  bool comparing = false;
   po::options_description options("dataset_table [options] DATASET...");
-  options.add_options()("help", "this text")("method",
-                                             po::value(&settings.method)->default_value(settings.method),
-                                             "ssfr, ssfr_paper2017 or icp_point_to_plane")(
-      "as-is", po::bool_switch(&as_is), "do not turn the sources")(
-      "seed", po::value(&settings.seed)->default_value(settings.seed), "of the random rotations")(
-      "threads", po::value(&settings.threads)->default_value(settings.threads), "")(
-      "every", po::value(&settings.every)->default_value(settings.every), "take every k-th pair")(
-      "pairs", po::value(&settings.only)->multitoken(), "only these rows")(
-      "away", po::value(&settings.away)->default_value(0), "move the origins this far from the sensors [m]")(
-      "unrelated",
-      po::bool_switch(&settings.unrelated),
-      "targets from the next folder: whatever is reported converged is wrong")(
-      "verbose", po::bool_switch(&settings.verbose), "a line a pair")("dataset", po::value(&folders), "folders");
+  // clang-format off
+  options.add_options()
+      ("help", "this text")
+      ("method", po::value(&settings.method)->default_value(settings.method),
+       "ssfr, ssfr_paper2017 or icp_point_to_plane")
+      ("compare", po::bool_switch(&comparing),
+       "one table: default profile, paper's profile and point-to-plane ICP, turned and as they are")
+      ("as-is", po::bool_switch(&as_is), "do not turn the sources")
+      ("seed", po::value(&settings.seed)->default_value(settings.seed), "of the random rotations")
+      ("threads", po::value(&settings.threads)->default_value(settings.threads), "of each method")
+      ("every", po::value(&settings.every)->default_value(settings.every),
+       "take every k-th pair (with --compare: for the methods compared with)")
+      ("pairs", po::value(&settings.only)->multitoken(), "only these rows")
+      ("away", po::value(&settings.away)->default_value(0), "move the origins this far from the sensors [m]")
+      ("unrelated", po::bool_switch(&settings.unrelated),
+       "targets from the next folder: whatever is reported converged is wrong")
+      ("verbose", po::bool_switch(&settings.verbose), "a line a pair")
+      ("failed", po::bool_switch(&settings.failed), "a line for each pair that is not solved")
+      ("features", po::bool_switch(&settings.features),
+       "a line a candidate with its evidence, for scripts/fit_confidence")
+      ("dataset", po::value(&folders), "folders");
+  // clang-format on
   po::positional_options_description positional;
   positional.add("dataset", -1);
   try {
@@ -403,6 +473,8 @@ main(int argc, char** argv)
       return vm.count("help") ? 0 : 2;
     }
     settings.turn = !as_is;
+    if (comparing)
+      return compare(folders, settings);
     return run(folders, settings);
   }
   catch (const po::error& e) {
