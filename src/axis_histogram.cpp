@@ -27,7 +27,21 @@ faces(double cosine, const HistogramOptions& options)
   return false;
 }
 
+/// Largest distance of a sample from the origin [m].
+double
+reachOf(const OrientedSamples& samples)
+{
+  return samples.size() > 0 ? samples.points.colwise().norm().maxCoeff() : 0;
+}
+
 } // namespace
+
+double
+boundBinWidth(double bin_width, const OrientedSamples& source, const OrientedSamples& target, Eigen::Index max_bins)
+{
+  constexpr double kSpan = 2.01; // of reaches, from end to end, and a little for the last bins
+  return std::max(bin_width, kSpan * std::max(reachOf(source), reachOf(target)) / static_cast<double>(max_bins));
+}
 
 AxisHistogram
 projectOnAxis(const OrientedSamples& samples, const Eigen::Vector3d& axis, const HistogramOptions& options)

@@ -3,6 +3,7 @@
 
 #include <pcl_ssfr/options.h>
 
+#include <algorithm>
 #include <cmath>
 #include <sstream>
 #include <stdexcept>
@@ -215,6 +216,7 @@ validate(const Options& options)
   requireAtLeast("max_refinement_steps", options.max_refinement_steps, 1);
   requireNotNegative("overlap_radius", options.overlap_radius);
   requireNotNegative("time_limit", options.time_limit);
+  require(options.threads <= kMaxThreads, "threads", options.threads, ("be at most " + toText(kMaxThreads)).c_str());
   if (options.gravity) {
     requireUnit("gravity.up_source", options.gravity->up_source);
     requireUnit("gravity.up_target", options.gravity->up_target);
@@ -229,6 +231,15 @@ validate(const Options& options)
   validateRotation(options.rotation);
   validateTranslation(options.translation);
   validateLcp(options.lcp);
+}
+
+Options
+afterSpending(Options options, double seconds)
+{
+  constexpr double kLeast = 1e-9; // [s] runs out at once
+  if (options.time_limit > 0)
+    options.time_limit = std::max(kLeast, options.time_limit - seconds);
+  return options;
 }
 
 } // namespace pcl_ssfr

@@ -64,14 +64,6 @@ deriveLcpLeaf(double normal_radius)
   return kRoomLcpLeaf + std::clamp(share, 0.0, 1.0) * (kVehicleLcpLeaf - kRoomLcpLeaf);
 }
 
-/// \p bin_width, or the least width with which no histogram of these samples exceeds max_bins.
-double
-boundBinWidth(double bin_width, const OrientedSamples& source, const OrientedSamples& target, Eigen::Index max_bins)
-{
-  const double reach = std::max(source.points.colwise().norm().maxCoeff(), target.points.colwise().norm().maxCoeff());
-  return std::max(bin_width, 2.01 * reach / static_cast<double>(max_bins));
-}
-
 bool
 hasPair(const std::vector<MainNormal>& normals, double max_abs_cos)
 {

@@ -53,6 +53,7 @@ constexpr double kLooseNormals = 0.5; // normals of a match: in the search ...
 constexpr double kNormals = 0.35;     // ... after the fine refinement ...
 constexpr double kTightNormals = 0.2; // ... and when they agree within the noise
 constexpr double kDistinctAngle = 0.05;
+constexpr double kGravityMargin = 0.01; // of refined poses beyond the tolerance of the prior: noise of scans and prior
 
 constexpr int kMaxMainNormals = 14;
 constexpr double kMinRelativeDensity = 0.02;
@@ -175,6 +176,14 @@ struct JudgedPose {
   bool from_guess = false;
 };
 
+/// Whether a rotation maps one vertical onto the other within \p tolerance [rad].
+bool
+keepsVertical(const Eigen::Matrix3d& R_target_source, const GravityPrior& gravity, double tolerance)
+{
+  const Eigen::Vector3d up = R_target_source * gravity.up_source;
+  return std::atan2(up.cross(gravity.up_target).norm(), up.dot(gravity.up_target)) <= tolerance;
+}
+
 bool
 isSamePose(
     const Eigen::Isometry3d& a, const Eigen::Isometry3d& b, const Eigen::Vector3d& place, double angle, double distance)
@@ -228,17 +237,22 @@ public:
       std::vector<RotationCandidate> rotations = proposeRotations(effort);
       if (rotations.empty() && !guess)
         return fail(Status::NoCandidate, "no rotation lays the main normals of the scans on each other");
-      poses = refineCoarsely(searchPoses(rotations, effort), guess, effort);
-      if (poses.empty())
-        break;
-      refineFinely(poses);
-      conclude(poses);
+      std::vector<JudgedPose> found = refineCoarsely(searchPoses(rotations, effort), guess, effort);
+      refineFinely(found);
+      // What the first effort found is forgotten only for the whole of the second.
+      if (outOfTime() || found.empty())
+        found.insert(found.end(), poses.begin(), poses.end());
+      poses = keepDistinct(std::move(found), effort.distinct);
+      if (!poses.empty())
+        conclude(poses);
       if (result_.accepted() || result_.status == Status::Ambiguous || outOfTime())
         break;
     }
-    if (poses.empty())
+    if (poses.empty()) {
+      result_.candidates.clear();
       return outOfTime() ? fail(Status::TimeLimit, "the time limit ran out before a pose could be judged")
-                         : fail(Status::NoCandidate, "no translation lays surfaces of the scans on each other");
+                         : fail(Status::NoCandidate, nothingFound());
+    }
     preferGuess(poses, guess);
     polishBest(poses);
     conclude(poses);
@@ -258,6 +272,13 @@ private:
     result_.status = status;
     result_.message = message;
     return result_;
+  }
+
+  std::string
+  nothingFound() const
+  {
+    return std::string("no ") + (options_.gravity ? "pose that keeps the given vertical" : "translation") +
+           " lays surfaces of the scans on each other";
   }
 
   void
@@ -378,8 +399,8 @@ private:
       rotations.erase(std::remove_if(rotations.begin(),
                                      rotations.end(),
                                      [&](const RotationCandidate& r) {
-                                       return (r.R_target_source * gravity.up_source).dot(gravity.up_target) <
-                                              std::cos(std::max(gravity.tolerance, kRefitAngle));
+                                       return !keepsVertical(
+                                           r.R_target_source, gravity, std::max(gravity.tolerance, kRefitAngle));
                                      }),
                       rotations.end());
     }
@@ -396,7 +417,10 @@ private:
     PoseSearchOptions search;
     search.peaks_first = effort.peaks_first;
     search.peaks_second = effort.peaks_second;
-    search.bin_width = options_.bin_width > 0 ? options_.bin_width : kBinWidth * scale_;
+    search.bin_width = boundBinWidth(options_.bin_width > 0 ? options_.bin_width : kBinWidth * scale_,
+                                     source_.patches.samples,
+                                     target_.patches.samples,
+                                     HistogramOptions{}.max_bins);
     search.peak_separation = kDistinctDistance * scale_;
     search.step = kSearchStep * scale_;
     search.visibility = visibility(kFreeMargin, kLooseNormals);
@@ -456,24 +480,33 @@ private:
     return distinct;
   }
 
+  /// Drop the poses that map the vertical farther than \p tolerance [rad] from where it is given, the guess included.
+  void
+  dropTilted(std::vector<JudgedPose>& poses, double tolerance) const
+  {
+    poses.erase(std::remove_if(poses.begin(),
+                               poses.end(),
+                               [&](const JudgedPose& pose) {
+                                 return !keepsVertical(pose.T_target_source.linear(), *options_.gravity, tolerance);
+                               }),
+                poses.end());
+  }
+
   std::vector<JudgedPose>
   refineCoarsely(const std::vector<PoseHypothesis>& hypotheses, const Eigen::Isometry3d* guess, const Effort& effort)
   {
     constexpr int kSteps = 6;
     std::vector<JudgedPose> poses(hypotheses.size());
-    for (std::size_t i = 0; i < hypotheses.size(); ++i) {
+    for (std::size_t i = 0; i < hypotheses.size(); ++i)
       poses[i].T_target_source = hypotheses[i].T_target_source;
-      poses[i].score = hypotheses[i].score;
-    }
     if (guess) {
       poses.emplace_back();
       poses.back().T_target_source = toInner(*guess);
       poses.back().from_guess = true;
     }
     forEachPose(poses, [&](JudgedPose& pose) {
-      pose.score = -kContradictionWeight;
       if (outOfTime())
-        return;
+        return; // without evidence it is dropped below
       const RefinementOptions options = refinement(kCoarseReach, kCoarseFinal, kLooseNormals, kSteps);
       pose.T_target_source =
           refinePatches(source_.patches, target_.index, pose.T_target_source, options).T_target_source;
@@ -482,6 +515,8 @@ private:
     poses.erase(
         std::remove_if(poses.begin(), poses.end(), [](const JudgedPose& pose) { return !(pose.evidence.matched > 0); }),
         poses.end());
+    if (options_.gravity) // what comes in is not yet exact
+      dropTilted(poses, std::max(options_.gravity->tolerance, kRefitAngle));
     std::vector<JudgedPose> distinct = keepDistinct(std::move(poses), effort.distinct);
     report("coarse refinement", hypotheses.size(), distinct.size());
     return distinct;
@@ -501,6 +536,8 @@ private:
                                    .T_target_source;
       judgeFinely(pose);
     });
+    if (options_.gravity)
+      dropTilted(poses, options_.gravity->tolerance + kGravityMargin);
     poses = keepDistinct(std::move(poses), before);
     report("fine refinement", before, poses.size());
   }
@@ -531,23 +568,34 @@ private:
   void
   polishBest(std::vector<JudgedPose>& poses)
   {
-    if (!options_.refine)
-      return;
     JudgedPose& best = poses.front();
-    RefinementOptions polish =
-        refinement(kPolishReach, kPolishFinal, kNormals, std::max(1, options_.max_refinement_steps));
+    RefinementOptions polish = refinement(kPolishReach, kPolishFinal, kNormals, options_.max_refinement_steps);
     polish.match.lateral = static_cast<float>(kPolishLateral * scale_);
-    polish_ = refineMutual(
-        source_.surface, source_.fine_index, target_.surface, target_.fine_index, best.T_target_source, polish);
-    if (isSamePose(polish_.T_target_source,
-                   best.T_target_source,
-                   source_.viewpoint,
-                   kDistinctAngle,
-                   kDistinctDistance * scale_)) {
+    const auto run = [&] {
+      return refineMutual(
+          source_.surface, source_.fine_index, target_.surface, target_.fine_index, best.T_target_source, polish);
+    };
+    if (options_.refine)
+      polish_ = run();
+    if (options_.refine && isPolished(best.T_target_source, polish_.T_target_source)) {
       best.T_target_source = polish_.T_target_source;
       judgeFinely(best);
     }
+    else { // what is told of the pose must be told of the one that is returned
+      polish.steps = 1;
+      polish.match.distance = static_cast<float>(polish.final_distance);
+      polish_ = run();
+    }
     report("polish", count(source_.surface.points.cols() + target_.surface.points.cols()), count(polish_.matches));
+  }
+
+  /// Whether the polish did not walk away from the pose that it was given.
+  bool
+  isPolished(const Eigen::Isometry3d& before, const Eigen::Isometry3d& after) const
+  {
+    return isSamePose(after, before, source_.viewpoint, kDistinctAngle, kDistinctDistance * scale_) &&
+           (!options_.gravity ||
+            keepsVertical(after.linear(), *options_.gravity, options_.gravity->tolerance + kGravityMargin));
   }
 
   Eigen::Isometry3d
@@ -690,7 +738,7 @@ preparePatchScan(const ScanView& scan, const Options& options)
 
   prepared.extent = measureExtent(scan);
   prepared.scale = sceneScale(prepared.extent);
-  prepared.origin = prepared.extent.centroid;
+  prepared.origin = prepared.extent.median;
   PatchOptions patches = options.patches;
   // A patch of the finest level has an edge of 2^finest_level leaves; a normal radius r asks for an edge of 2 r.
   const bool given = options.leaf > 0 || options.normal_radius > 0;

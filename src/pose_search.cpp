@@ -12,11 +12,11 @@ namespace pcl_ssfr {
 
 namespace {
 
-constexpr double kDirectionRadius = 0.35;  // [rad] surface within this of a main normal belongs to it
-constexpr double kMaxAxisCos = 0.5;        // the second axis is at least 60 degrees from the first
-constexpr double kMinSharedLength = 0.25;  // of the shorter scan's length that must overlap along the third axis
-constexpr int kScreeningStride = 4;        // every fourth vote is counted before the rest
-constexpr double kScreeningShare = 0.5;    // of the best screened count that is worth counting in full
+constexpr double kDirectionRadius = 0.35; // [rad] surface within this of a main normal belongs to it
+constexpr double kMaxAxisCos = 0.5;       // the second axis is at least 60 degrees from the first
+constexpr double kMinSharedLength = 0.25; // of the shorter scan's length that must overlap along the third axis
+constexpr int kScreeningStride = 4;       // every fourth vote is counted before the rest
+constexpr double kScreeningShare = 0.5;   // of the best screened count that is worth counting in full
 
 /// Main normal that a direction belongs to, or main_normals.size().
 std::size_t
@@ -90,10 +90,11 @@ axisPeaks(const OrientedSamples& source,
   using Facing = HistogramOptions::Facing;
   const bool oriented = source.oriented && target.oriented;
   Correlation sum;
-  for (const Facing facing : {Facing::Forward, Facing::Backward}) {
-    const Facing f = oriented ? facing : Facing::Either;
-    const AxisHistogram hs = axisHistogram(source, source_axis, f, options);
-    const AxisHistogram ht = axisHistogram(target, target_axis, f, options);
+  const std::vector<Facing> facings =
+      oriented ? std::vector<Facing>{Facing::Forward, Facing::Backward} : std::vector<Facing>{Facing::Either};
+  for (const Facing facing : facings) {
+    const AxisHistogram hs = axisHistogram(source, source_axis, facing, options);
+    const AxisHistogram ht = axisHistogram(target, target_axis, facing, options);
     Correlation c = correlate(hs, ht);
     if (c.values.size() == 0)
       continue;
@@ -114,8 +115,6 @@ axisPeaks(const OrientedSamples& source,
     both.values.segment(os, sum.values.size()) += sum.values;
     both.values.segment(oc, c.values.size()) += c.values;
     sum = both;
-    if (!oriented)
-      break;
   }
   CorrelationOptions correlation;
   correlation.envelope_half_window = 0;
@@ -166,7 +165,7 @@ public:
          const RangeImage* image,
          const Eigen::Matrix3d& R,
          const VisibilityOptions& options)
-  : index_(index), image_(image), options_(options), points_(R.cast<float>() * votes.points)
+      : index_(index), image_(image), options_(options), points_(R.cast<float>() * votes.points)
   {
     bits_.reserve(static_cast<std::size_t>(points_.cols()));
     for (Eigen::Index i = 0; i < points_.cols(); ++i)
@@ -296,8 +295,8 @@ searchTranslations(const OrientedSamples& source,
   const auto [target_low, target_high] = centralInterval(target, axes.col(2));
   const double shared = kMinSharedLength * std::min(source_high - source_low, target_high - target_low);
   const double shift_low = target_low - source_high + shared;
-  const int shifts = std::max(
-      1, static_cast<int>(std::ceil((target_high - source_low - shared - shift_low) / options.step)));
+  const int shifts =
+      std::max(1, static_cast<int>(std::ceil((target_high - source_low - shared - shift_low) / options.step)));
 
   const Ballot ballot(votes, target_index, target_image, R, options.visibility);
   std::vector<PoseHypothesis> found;

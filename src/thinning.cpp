@@ -90,19 +90,27 @@ measureExtent(const ScanView& scan)
   extent.min = low.cast<double>();
   extent.max = high.cast<double>();
 
-  const std::size_t step = std::max<std::size_t>(1, n / kExtentSamples);
-  std::vector<double> distances;
-  distances.reserve(n / step + 1);
-  for (std::size_t i = 0; i < n; i += step) {
-    const Eigen::Vector3d p = scan.point(i).cast<double>();
-    if (p.allFinite())
-      distances.push_back((p - extent.centroid).norm());
+  // A few far returns (drivers write the largest float for "none") move the mean anywhere, but not the median.
+  const std::size_t step = std::max<std::size_t>(1, extent.finite_points / kExtentSamples);
+  std::vector<Eigen::Vector3d> sample;
+  sample.reserve(extent.finite_points / step + 1);
+  for (std::size_t i = 0, finite = 0; i < n; ++i)
+    if (scan.point(i).allFinite() && finite++ % step == 0)
+      sample.push_back(scan.point(i).cast<double>());
+  std::vector<double> values(sample.size());
+  const auto quantile = [&values](double q) {
+    const auto nth = values.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(values.size() - 1));
+    std::nth_element(values.begin(), nth, values.end());
+    return *nth;
+  };
+  for (int axis = 0; axis < 3; ++axis) {
+    std::transform(sample.begin(), sample.end(), values.begin(), [axis](const Eigen::Vector3d& p) { return p[axis]; });
+    extent.median[axis] = quantile(0.5);
   }
-  if (!distances.empty()) {
-    const auto nth = distances.begin() + static_cast<std::ptrdiff_t>(0.9 * static_cast<double>(distances.size() - 1));
-    std::nth_element(distances.begin(), nth, distances.end());
-    extent.radius = *nth;
-  }
+  std::transform(sample.begin(), sample.end(), values.begin(), [&extent](const Eigen::Vector3d& p) {
+    return (p - extent.median).norm();
+  });
+  extent.radius = quantile(0.9);
   return extent;
 }
 
@@ -118,7 +126,7 @@ thinScan(const ScanView& scan, double leaf, const Eigen::Vector3d& origin, doubl
   const auto n = static_cast<std::int64_t>(scan.count());
 
   std::vector<CodedPoint> coded(static_cast<std::size_t>(n));
-#pragma omp parallel for schedule(static) num_threads(static_cast<int>(threads))
+#pragma omp parallel for schedule(static) num_threads(static_cast <int>(threads))
   for (std::int64_t i = 0; i < n; ++i) {
     const auto u = static_cast<std::size_t>(i);
     CodedPoint& c = coded[u];

@@ -102,6 +102,25 @@ TEST(Options, PaperProfileHasTheConstantsOf2017)
   EXPECT_EQ(options.lcp.fine_range_bins, 1.5);
 }
 
+TEST(Options, MoreThreadsThanASystemStartsAreRefused)
+{
+  Options options;
+  options.threads = kMaxThreads;
+  EXPECT_EQ(complaint(options), "");
+  options.threads = kMaxThreads + 1;
+  EXPECT_EQ(complaint(options), "threads = 1025, must be at most 1024");
+}
+
+TEST(Options, SpendingTimeLeavesTheRestOfTheLimit)
+{
+  Options options;
+  EXPECT_EQ(afterSpending(options, 5).time_limit, 0); // no limit stays none
+  options.time_limit = 2;
+  EXPECT_EQ(afterSpending(options, 0.5).time_limit, 1.5);
+  EXPECT_GT(afterSpending(options, 5).time_limit, 0); // 0 would be no limit
+  EXPECT_LT(afterSpending(options, 5).time_limit, 1e-6);
+}
+
 TEST(Options, RealNumbersOutOfRangeAreNamed)
 {
   const double tiny = 1e-9;

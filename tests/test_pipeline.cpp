@@ -188,15 +188,22 @@ TEST(Honest, aWrongGuessDoesNotDegradeTheAnswer)
   EXPECT_THAT(result.T_target_source, IsPoseNear(pair.T_target_source, 0.1 * kDegree, 0.005));
 }
 
-TEST(Honest, aCorridorWithoutAnEndNamesItsDirection)
+Pair
+corridorPair()
 {
   const Scene corridor = makeEndlessCorridor();
   const Eigen::Isometry3d T_world_target = sensorPose(corridor.stations.at(1), 0.3, 0);
   const Eigen::Isometry3d T_world_source = sensorPose(corridor.stations.at(0), 1.3, 0);
-  const Pair pair{castScan(corridor, T_world_source, roomScanner(), 1),
-                  castScan(corridor, T_world_target, roomScanner(), 2),
-                  relativePose(T_world_target, T_world_source)};
-  const Result result = registerPair(pair);
+  return {castScan(corridor, T_world_source, roomScanner(), 1),
+          castScan(corridor, T_world_target, roomScanner(), 2),
+          relativePose(T_world_target, T_world_source)};
+}
+
+TEST(Honest, aCorridorWithoutAnEndNamesItsDirection)
+{
+  const Scene corridor = makeEndlessCorridor();
+  const Eigen::Isometry3d T_world_target = sensorPose(corridor.stations.at(1), 0.3, 0);
+  const Result result = registerPair(corridorPair());
   EXPECT_EQ(result.status, Status::Unobservable) << result.message;
   EXPECT_LT(result.confidence, 0.5);
   ASSERT_FALSE(result.unobservable.empty());
@@ -319,6 +326,55 @@ TEST(Gravity, aWrongPriorIsObeyedAndARightOneHelps)
     EXPECT_LT((c.T_target_source.linear() * options.gravity->up_source - prior.up_target).norm(), 0.3);
 }
 
+/// Angle by which a pose maps the vertical away from where the prior gives it.
+double
+tilt(const Eigen::Isometry3d& T_target_source, const GravityPrior& gravity)
+{
+  const Eigen::Vector3d up = T_target_source.linear() * gravity.up_source;
+  return std::atan2(up.cross(gravity.up_target).norm(), up.dot(gravity.up_target));
+}
+
+TEST(Gravity, noPoseThatViolatesItIsListedWhateverTheRefinementFinds)
+{
+  // The truth is just outside of the tolerance, and inside of that of the rotation candidates.
+  const Pair pair = scanPair(makeFurnishedRoom(3), 0, 1, roomScanner(), 93);
+  Options options = makeOptions(Profile::Default);
+  GravityPrior prior;
+  prior.tolerance = 2 * kDegree;
+  for (const double angle : {1.0, 5.0, 30.0}) {
+    const Eigen::AngleAxisd wrong(angle * kDegree, Eigen::Vector3d::UnitX());
+    prior.up_source = pair.T_target_source.linear().transpose() * (wrong * prior.up_target);
+    options.gravity = prior;
+    for (const Eigen::Isometry3d* guess : {static_cast<const Eigen::Isometry3d*>(nullptr), &pair.T_target_source}) {
+      const Result result = registerPair(pair, options, guess);
+      EXPECT_EQ(result.accepted(), angle < 2) << angle << " degrees: " << result.message;
+      EXPECT_FALSE(result.message.empty());
+      for (const Candidate& candidate : result.candidates)
+        EXPECT_LT(tilt(candidate.T_target_source, prior), prior.tolerance + 0.6 * kDegree) << angle << " degrees";
+    }
+  }
+}
+
+TEST(Scales, binsOfAnyWidthAreBounded)
+{
+  const Pair pair = scanPair(makeFurnishedRoom(2), 0, 1, roomScanner(), 92);
+  Options options = makeOptions(Profile::Default);
+  options.bin_width = 1e-9; // 10^10 bins an axis; the search must not throw inside of its threads
+  EXPECT_TRUE(registerPair(pair, options).T_target_source.matrix().allFinite());
+}
+
+TEST(Refinement, withoutItTheAnswerIsNearAndJudgedTheSame)
+{
+  const Pair pair = scanPair(makeFurnishedRoom(2), 0, 1, roomScanner(), 92);
+  Options options = makeOptions(Profile::Default);
+  options.refine = false;
+  const Result result = registerPair(pair, options);
+  EXPECT_THAT(result.T_target_source, IsPoseNear(pair.T_target_source, kDegree, 0.05)) << result.message;
+  EXPECT_GT(result.information.trace(), 0);
+  const Pair corridor = corridorPair();
+  EXPECT_EQ(registerPair(corridor, options).status, Status::Unobservable);
+}
+
 TEST(Limits, timeRunsOutCleanly)
 {
   const Pair pair = scanPair(makeHall(1), 0, 1, terrestrialScanner(0.0175), 94);
@@ -376,6 +432,18 @@ TEST(Degenerate, nanPointsAmongGoodOnesAreSkipped)
       Eigen::Vector3f(1, std::numeric_limits<float>::infinity(), 2);
   const Result result = registerPair({dirty, pair.target, pair.T_target_source});
   EXPECT_EQ(result.T_target_source.matrix(), clean.T_target_source.matrix());
+}
+
+TEST(Degenerate, aFewReturnsAtTheEndOfTheWorldDoNoHarm)
+{
+  const Pair pair = scanPair(makeFurnishedRoom(1), 0, 1, roomScanner(), 98);
+  for (const float far : {1e4f, 1e6f, 1e9f, 1e30f, std::numeric_limits<float>::max()}) {
+    Eigen::Matrix3Xf dirty(3, pair.source.cols() + 3);
+    dirty << pair.source, Eigen::Vector3f::Constant(far), Eigen::Vector3f(far, 0, 0), Eigen::Vector3f(0, -far, 1);
+    const Result result = registerPair({dirty, pair.target, pair.T_target_source});
+    EXPECT_EQ(result.status, Status::Converged) << far << ": " << result.message;
+    EXPECT_THAT(result.T_target_source, IsPoseNear(pair.T_target_source, 0.1 * kDegree, 0.005)) << far;
+  }
 }
 
 TEST(Degenerate, scansThatWereNotPreparedAreInvalidInput)

@@ -248,7 +248,8 @@ TEST(MeasureExtent, ByHand)
   EXPECT_TRUE(extent.centroid.isApprox(Eigen::Vector3d(1, 1, -1)));
   EXPECT_EQ(extent.min, Eigen::Vector3d(0, 0, -3));
   EXPECT_EQ(extent.max, Eigen::Vector3d(2, 3, 0));
-  EXPECT_NEAR(extent.radius, std::sqrt(3), 1e-12); // 90 % of three, rounded down
+  EXPECT_EQ(extent.median, Eigen::Vector3d(1, 0, 0));
+  EXPECT_NEAR(extent.radius, 1, 1e-12); // of 1, 1 and sqrt(18): 90 % of three, rounded down
 }
 
 TEST(MeasureExtent, RadiusIsTheNinetiethPercentile)
@@ -257,7 +258,7 @@ TEST(MeasureExtent, RadiusIsTheNinetiethPercentile)
   const ScanExtent extent = measureExtent(viewOf(points));
   std::vector<double> distances;
   for (Eigen::Index i = 0; i < points.cols(); ++i)
-    distances.push_back((points.col(i).cast<double>() - extent.centroid).norm());
+    distances.push_back((points.col(i).cast<double>() - extent.median).norm());
   std::sort(distances.begin(), distances.end());
   EXPECT_NEAR(extent.radius, distances[54000], 0.05);
   EXPECT_TRUE(extent.centroid.isApprox(points.cast<double>().rowwise().mean(), 1e-9));

@@ -36,6 +36,10 @@ struct AxisHistogram {
   Eigen::Index samples = 0; ///< how many samples fell in
 };
 
+/// \p bin_width [m], or the least width with which no histogram of these samples has more than \p max_bins bins.
+double
+boundBinWidth(double bin_width, const OrientedSamples& source, const OrientedSamples& target, Eigen::Index max_bins);
+
 /** \brief Project the samples whose normal is parallel to \p axis on it and bin them by weight (METHOD stage 10).
  * \param[in] samples points and normals in one frame \param[in] axis unit vector in that frame
  */

@@ -59,16 +59,17 @@ struct Options {
   double bin_width = 0;      ///< [m], 0 or > 0
   double leaf = 0;           ///< spacing that the clouds are thinned to [m], 0: from the data
 
-  bool refine = true;            ///< polish the answer by robust point-to-plane steps
-  int max_refinement_steps = 30; ///< bound on the steps of each polish, >= 1
-  double overlap_radius = 0;     ///< a point is an inlier nearer than this [m]; 0: from the data
-  double time_limit = 0;         ///< [s], 0: none
-  unsigned threads = 1;          ///< 0: all processors; the result never depends on it
-  std::optional<GravityPrior> gravity;
+  bool refine = true;            ///< polish the answer by robust point-to-plane steps; not read by Paper2017
+  int max_refinement_steps = 30; ///< bound on the steps of the final polish, >= 1; not read by Paper2017
+  double overlap_radius = 0;     ///< surfaces match nearer than this [m]; 0: from the data; not read by Paper2017
+  double time_limit = 0;         ///< of registerScans(), without prepareScan() [s]; 0: none
+  unsigned threads = 1;          ///< 0: all processors, at most kMaxThreads; the result never depends on it
+  std::optional<GravityPrior> gravity; ///< only poses that keep it are considered
   int max_candidates = 10;     ///< distinct poses listed in the result, >= 1
-  double min_confidence = 0.5; ///< accept an answer from this confidence on, [0, 1]
+  double min_confidence = 0.6; ///< accept an answer from this confidence on, [0, 1]
 
-  // Stages (only the fields that the profile uses).
+  // Stages. Profile::Default reads only patches, and has the other stages' constants of its own; Profile::Paper2017 reads
+  // all but patches. The scales above, when they are set, go before the stages' own.
   PatchOptions patches;
   NormalOptions normals;
   DensityOptions density;
@@ -77,6 +78,9 @@ struct Options {
   TranslationOptions translation;
   LcpOptions lcp;
 };
+
+/// More threads than this are an error: a system that refuses to start them would end the process.
+constexpr unsigned kMaxThreads = 1024;
 
 /// The options of a profile.
 Options
@@ -87,5 +91,9 @@ makeOptions(Profile profile);
  */
 void
 validate(const Options& options);
+
+/// \p options with what is left of their time limit once \p seconds are spent: none when there is none, never 0 else.
+Options
+afterSpending(Options options, double seconds);
 
 } // namespace pcl_ssfr

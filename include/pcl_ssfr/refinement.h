@@ -23,7 +23,7 @@ struct Refinement {
   Eigen::Isometry3d T_target_source = Eigen::Isometry3d::Identity();
   /// Sum of weight J J^T with J = [p x n; n], p relative to \ref centre: rotation [rad], translation [m].
   Eigen::Matrix<double, 6, 6> hessian = Eigen::Matrix<double, 6, 6>::Zero();
-  Eigen::Vector3d centre = Eigen::Vector3d::Zero(); ///< weighted mean of the matched places, target frame [m]
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero(); ///< mean place of the source at the start, target frame [m]
   double weight = 0;     ///< robust weight of all matches
   double rms = 0;        ///< weighted root mean square plane distance of the matches [m]
   Eigen::Index matches = 0;

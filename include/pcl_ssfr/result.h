@@ -75,7 +75,7 @@ struct Result {
   double confidence = 0; ///< estimated probability that the pose is right, [0, 1]
   double rmse = 0;       ///< root mean square point-to-plane distance over the inliers [m]
   /// Information matrix (inverse covariance) of the pose, order (rotation [rad], translation [m]): a small motion
-  /// (w, v) applied on the left about the target's origin, T <- Exp(w, v) T. Zero when not refined.
+  /// (w, v) applied on the left about the target's origin, T <- Exp(w, v) T. Zero when nothing was judged.
   Eigen::Matrix<double, 6, 6> information = Eigen::Matrix<double, 6, 6>::Zero();
   std::vector<Candidate> candidates; ///< distinct poses, best first; the first is T_target_source
   std::vector<UnobservableDirection> unobservable;

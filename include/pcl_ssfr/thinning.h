@@ -16,9 +16,10 @@ namespace pcl_ssfr {
 struct ScanExtent {
   std::size_t finite_points = 0;
   Eigen::Vector3d centroid = Eigen::Vector3d::Zero(); ///< of the finite points [m], summed in double
+  Eigen::Vector3d median = Eigen::Vector3d::Zero();   ///< along each axis, of up to some 20000 of the points [m]
   Eigen::Vector3d min = Eigen::Vector3d::Zero();      ///< corner of the bounding box [m]
   Eigen::Vector3d max = Eigen::Vector3d::Zero();      ///< corner of the bounding box [m]
-  double radius = 0; ///< 90th percentile of the distance to the centroid [m]
+  double radius = 0; ///< 90th percentile of the distance to the median, of the same points [m]
 };
 
 /// Measure a scan; non-finite points are skipped. All zero for an empty scan.

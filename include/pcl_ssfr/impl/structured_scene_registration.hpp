@@ -553,6 +553,7 @@ StructuredSceneRegistration<PointSource, PointTarget, Scalar>::runPipeline(
     prepared_refinement_steps_ = options.max_refinement_steps;
     prepared_refine_ = options.refine;
   }
+  const auto start = std::chrono::steady_clock::now();
   try {
     if (prepared_target_.empty()) {
       prepared_target_ = prepareScan(detail::viewOf(*target_, nullptr, target_viewpoint_), options);
@@ -561,7 +562,9 @@ StructuredSceneRegistration<PointSource, PointTarget, Scalar>::runPipeline(
       const pcl::Indices* indices = fake_indices_ ? nullptr : indices_.get();
       prepared_source_ = prepareScan(detail::viewOf(*input_, indices, source_viewpoint_), options);
     }
-    result_ = registerScans(prepared_source_, prepared_target_, options, guess ? &*guess : nullptr);
+    const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
+    result_ = registerScans(
+        prepared_source_, prepared_target_, afterSpending(options, spent.count()), guess ? &*guess : nullptr);
   }
   catch (const std::exception& error) {
     dropPrepared();
