@@ -107,10 +107,11 @@ runSsfr(const io::LoadedCloud& source,
   std::optional<Eigen::Isometry3d> cloud_guess;
   if (guess)
     cloud_guess = frames.toClouds(*guess);
+  const auto start = std::chrono::steady_clock::now();
   const PreparedScan prepared_source = prepareScan(viewOf(source), options);
   const PreparedScan prepared_target = prepareScan(viewOf(target), options);
-  return frames.toFiles(
-      registerScans(prepared_source, prepared_target, options, cloud_guess ? &*cloud_guess : nullptr));
+  const Options rest = afterSpending(options, secondsSince(start));
+  return frames.toFiles(registerScans(prepared_source, prepared_target, rest, cloud_guess ? &*cloud_guess : nullptr));
 }
 
 /// The finite points, thinned when the options say to what.

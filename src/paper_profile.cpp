@@ -408,7 +408,8 @@ PaperRegistration::run(const Eigen::Isometry3d* guess)
   const auto byScore = [](const ScoredPose& a, const ScoredPose& b) { return a.score > b.score; };
   std::stable_sort(ranked.begin(), ranked.end(), byScore);
   runFinePass(ranked); // stage 13
-  if (guess) {
+  const bool judges_guess = guess && !(options_.gravity && !agreesWithGravity(guess->linear(), *options_.gravity));
+  if (judges_guess) {
     ScoredPose candidate;
     candidate.pose = *guess;
     candidate.pose.translation() =
@@ -419,7 +420,7 @@ PaperRegistration::run(const Eigen::Isometry3d* guess)
   }
   std::stable_sort(ranked.begin(), ranked.end(), byScore);
 
-  if (ranked.empty() || (rotations.empty() && !guess)) {
+  if (ranked.empty()) {
     result_.status = skipped_ > 0 ? Status::TimeLimit : Status::NoCandidate;
     result_.message = skipped_ > 0 ? "the time limit ran out before a candidate was judged"
                       : rotations.empty()
