@@ -65,8 +65,7 @@ PatchIndex::rasterise(const Plane& plane, const Visit& visit) const
   const auto reach = static_cast<float>(kReach * voxel_);
   const Eigen::Vector3f minor = plane.normal.cross(plane.major);
   const Eigen::Array3f half = plane.major.array().abs() * (plane.half_major + reach) +
-                              minor.array().abs() * (plane.half_minor + reach) +
-                              plane.normal.array().abs() * reach;
+                              minor.array().abs() * (plane.half_minor + reach) + plane.normal.array().abs() * reach;
   const Eigen::Array3f centre = plane.centroid.array() - origin_.array();
   const Eigen::Array3f first = ((centre - half) * inverse_voxel_).floor().max(0.f);
   const Eigen::Array3f last = ((centre + half) * inverse_voxel_).floor().min((dims_.array() - 1).cast<float>());
@@ -113,8 +112,8 @@ PatchIndex::PatchIndex(const PlanarPatches& patches, double voxel, std::size_t m
   origin_ = low.cast<float>();
   dims_ = ((high - low) / voxel_).array().ceil().max(1).cast<int>();
 
-  const auto size = static_cast<std::size_t>(dims_.x()) * static_cast<std::size_t>(dims_.y()) *
-                    static_cast<std::size_t>(dims_.z());
+  const auto size =
+      static_cast<std::size_t>(dims_.x()) * static_cast<std::size_t>(dims_.y()) * static_cast<std::size_t>(dims_.z());
   masks_.assign(size, 0);
   starts_.assign(size + 1, 0);
   for (const Plane& plane : planes_) {

@@ -230,6 +230,16 @@ public:
   {
     result_.source_viewpoint_used = source_.viewpoint_used;
     result_.target_viewpoint_used = target_.viewpoint_used;
+    for (const PatchScan* scan : {&source_, &target_})
+      for (StageReport stage : scan->stages) {
+        stage.name = (scan == &source_ ? "source " : "target ") + stage.name;
+        result_.stages.push_back(stage);
+      }
+    for (const PatchScan* scan : {&source_, &target_})
+      for (StageReport stage : scan->stages) {
+        stage.name = (scan == &source_ ? "source " : "target ") + stage.name;
+        result_.stages.push_back(stage);
+      }
     if (!checkScans())
       return result_;
     std::vector<JudgedPose> poses;
@@ -661,6 +671,10 @@ private:
   decide(double ratio)
   {
     const Candidate& best = result_.candidates.front();
+    if (best.overlap < kHopelessOverlap && result_.confidence < options_.min_confidence) {
+      fail(Status::LowOverlap, lowOverlapMessage(best));
+      return;
+    }
     if (!result_.unobservable.empty()) {
       const UnobservableDirection& u = result_.unobservable.front();
       result_.confidence = std::min(result_.confidence, kUnobservableConfidence);
@@ -701,15 +715,21 @@ private:
                      100 * best.contradiction,
                      100 * best.overlap));
     else
-      fail(
-          Status::LowOverlap,
-          formatted("under the best pose only %.0f %% of the surface meets its counterpart: the scans may not show the "
-                    "same place",
-                    100 * best.overlap));
+      fail(Status::LowOverlap, lowOverlapMessage(best));
+  }
+
+  static std::string
+  lowOverlapMessage(const Candidate& best)
+  {
+    return formatted(
+        "under the best pose only %.0f %% of the surface meets its counterpart: the scans may not show the "
+        "same place",
+        100 * best.overlap);
   }
 
   static constexpr double kPolishLateral = 0.1; // [m] at scale 1
   static constexpr double kUnobservableConfidence = 0.3;
+  static constexpr double kHopelessOverlap = 0.15;
   static constexpr double kTellingContradiction = 0.1; // of the visible surface
 
   const PatchScan& source_;

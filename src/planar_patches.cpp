@@ -85,11 +85,8 @@ public:
                  const Eigen::Vector3d* viewpoint,
                  double thickness,
                  const PatchOptions& options)
-  : cloud_(cloud)
-  , viewpoint_(viewpoint)
-  , thickness_(thickness)
-  , options_(options)
-  , cells_(accumulateFineCells(cloud, options.finest_level))
+      : cloud_(cloud), viewpoint_(viewpoint), thickness_(thickness), options_(options),
+        cells_(accumulateFineCells(cloud, options.finest_level))
   {}
 
   PlanarPatches
@@ -132,7 +129,8 @@ private:
     const std::uint32_t count = endPoint(end) - first;
     if (count >= static_cast<std::uint32_t>(options_.min_points)) {
       const Plane plane = fitPlane(total);
-      const bool crowded = level > 0 && options_.split_above > 0 && count > static_cast<std::uint32_t>(options_.split_above);
+      const bool crowded =
+          level > 0 && options_.split_above > 0 && count > static_cast<std::uint32_t>(options_.split_above);
       if (!crowded && isPatch(plane)) {
         planes_.push_back(plane);
         patches_.first_point.push_back(first);

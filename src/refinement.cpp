@@ -106,8 +106,7 @@ refine(const Eigen::Isometry3d& T_start,
     if (equations.matches < 3)
       break;
     const Vector6 motion = equations.solve();
-    const Eigen::Isometry3d delta =
-        Eigen::Translation3d(centre) * expSe3(motion) * Eigen::Translation3d(-centre);
+    const Eigen::Isometry3d delta = Eigen::Translation3d(centre) * expSe3(motion) * Eigen::Translation3d(-centre);
     result.T_target_source = delta * result.T_target_source;
     if (f >= 1 && motion.head<3>().norm() < options.min_step && motion.tail<3>().norm() < options.min_step)
       break;
@@ -138,28 +137,27 @@ refinePatches(const PlanarPatches& source,
   if (source.size() == 0)
     return refine(T_target_source, Eigen::Vector3d::Zero(), options, [](const auto&...) {});
   const Eigen::Vector3d centre = T_target_source * Eigen::Vector3d(source.samples.points.rowwise().mean());
-  return refine(
-      T_target_source,
-      centre,
-      options,
-      [&](const Eigen::Isometry3d& T,
-          const Eigen::Vector3d& c,
-          const PatchIndex::Tolerance& tolerance,
-          double scale,
-          NormalEquations& equations) {
-        for (Eigen::Index i = 0; i < source.size(); ++i) {
-          const Eigen::Vector3d p = T * source.samples.points.col(i);
-          const Eigen::Vector3d normal = T.linear() * source.samples.normals.col(i);
-          const int match = target.find(p.cast<float>(), normal.cast<float>(), tolerance);
-          if (match < 0)
-            continue;
-          const Eigen::Vector3d n = target.normal(match).cast<double>();
-          const double r = (p - target.centroid(match).cast<double>()).dot(n);
-          const Eigen::Matrix3d spread =
-              T.linear() * source.covariance[static_cast<std::size_t>(i)] * T.linear().transpose();
-          equations.add(p - c, n, r, source.samples.weights[i] * robustWeight(r, scale), &spread);
-        }
-      });
+  return refine(T_target_source,
+                centre,
+                options,
+                [&](const Eigen::Isometry3d& T,
+                    const Eigen::Vector3d& c,
+                    const PatchIndex::Tolerance& tolerance,
+                    double scale,
+                    NormalEquations& equations) {
+                  for (Eigen::Index i = 0; i < source.size(); ++i) {
+                    const Eigen::Vector3d p = T * source.samples.points.col(i);
+                    const Eigen::Vector3d normal = T.linear() * source.samples.normals.col(i);
+                    const int match = target.find(p.cast<float>(), normal.cast<float>(), tolerance);
+                    if (match < 0)
+                      continue;
+                    const Eigen::Vector3d n = target.normal(match).cast<double>();
+                    const double r = (p - target.centroid(match).cast<double>()).dot(n);
+                    const Eigen::Matrix3d spread =
+                        T.linear() * source.covariance[static_cast<std::size_t>(i)] * T.linear().transpose();
+                    equations.add(p - c, n, r, source.samples.weights[i] * robustWeight(r, scale), &spread);
+                  }
+                });
 }
 
 SurfacePoints
@@ -196,39 +194,39 @@ refineMutual(const SurfacePoints& source,
   if (source.points.cols() == 0 || target.points.cols() == 0)
     return refine(T_target_source, Eigen::Vector3d::Zero(), options, [](const auto&...) {});
   const Eigen::Vector3d centre = T_target_source * Eigen::Vector3d(source.points.cast<double>().rowwise().mean());
-  return refine(
-      T_target_source,
-      centre,
-      options,
-      [&](const Eigen::Isometry3d& T,
-          const Eigen::Vector3d& c,
-          const PatchIndex::Tolerance& tolerance,
-          double scale,
-          NormalEquations& equations) {
-        for (Eigen::Index i = 0; i < source.points.cols(); ++i) {
-          const Eigen::Vector3d p = T * source.points.col(i).cast<double>();
-          const Eigen::Vector3d normal = T.linear() * source.normals.col(i).cast<double>();
-          const int match = target_planes.find(p.cast<float>(), normal.cast<float>(), tolerance);
-          if (match < 0)
-            continue;
-          const Eigen::Vector3d n = target_planes.normal(match).cast<double>();
-          const double r = (p - target_planes.centroid(match).cast<double>()).dot(n);
-          equations.add(p - c, n, r, robustWeight(r, scale), nullptr);
-        }
-        // The other way round it is the plane that moves: its distance to a fixed point shrinks along its normal.
-        const Eigen::Isometry3d T_source_target = T.inverse();
-        for (Eigen::Index i = 0; i < target.points.cols(); ++i) {
-          const Eigen::Vector3d q = target.points.col(i).cast<double>();
-          const Eigen::Vector3d p = T_source_target * q;
-          const Eigen::Vector3d normal = T_source_target.linear() * target.normals.col(i).cast<double>();
-          const int match = source_planes.find(p.cast<float>(), normal.cast<float>(), tolerance);
-          if (match < 0)
-            continue;
-          const Eigen::Vector3d n = T.linear() * source_planes.normal(match).cast<double>();
-          const double r = (T * source_planes.centroid(match).cast<double>() - q).dot(n);
-          equations.add(q - c, n, r, robustWeight(r, scale), nullptr);
-        }
-      });
+  return refine(T_target_source,
+                centre,
+                options,
+                [&](const Eigen::Isometry3d& T,
+                    const Eigen::Vector3d& c,
+                    const PatchIndex::Tolerance& tolerance,
+                    double scale,
+                    NormalEquations& equations) {
+                  for (Eigen::Index i = 0; i < source.points.cols(); ++i) {
+                    const Eigen::Vector3d p = T * source.points.col(i).cast<double>();
+                    const Eigen::Vector3d normal = T.linear() * source.normals.col(i).cast<double>();
+                    const int match = target_planes.find(p.cast<float>(), normal.cast<float>(), tolerance);
+                    if (match < 0)
+                      continue;
+                    const Eigen::Vector3d n = target_planes.normal(match).cast<double>();
+                    const double r = (p - target_planes.centroid(match).cast<double>()).dot(n);
+                    equations.add(p - c, n, r, robustWeight(r, scale), nullptr);
+                  }
+                  // The other way round it is the plane that moves: its distance to a fixed point shrinks along its
+                  // normal.
+                  const Eigen::Isometry3d T_source_target = T.inverse();
+                  for (Eigen::Index i = 0; i < target.points.cols(); ++i) {
+                    const Eigen::Vector3d q = target.points.col(i).cast<double>();
+                    const Eigen::Vector3d p = T_source_target * q;
+                    const Eigen::Vector3d normal = T_source_target.linear() * target.normals.col(i).cast<double>();
+                    const int match = source_planes.find(p.cast<float>(), normal.cast<float>(), tolerance);
+                    if (match < 0)
+                      continue;
+                    const Eigen::Vector3d n = T.linear() * source_planes.normal(match).cast<double>();
+                    const double r = (T * source_planes.centroid(match).cast<double>() - q).dot(n);
+                    equations.add(q - c, n, r, robustWeight(r, scale), nullptr);
+                  }
+                });
 }
 
 } // namespace pcl_ssfr

@@ -13,6 +13,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -388,6 +389,10 @@ TEST(Limits, stagesAreReportedWithCountsAndSeconds)
 {
   const Result result = registerPair(scanPair(makeFurnishedRoom(1), 0, 1, roomScanner(), 95));
   ASSERT_GE(result.stages.size(), 5u);
+  for (const char* name : {"source thinning", "target patches", "rotations", "polish"})
+    EXPECT_TRUE(std::any_of(result.stages.begin(), result.stages.end(), [name](const StageReport& stage) {
+      return stage.name == name && stage.count_in > 0 && stage.count_out > 0;
+    })) << name;
   for (const StageReport& stage : result.stages) {
     EXPECT_FALSE(stage.name.empty());
     EXPECT_GE(stage.seconds, 0);

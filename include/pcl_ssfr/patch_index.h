@@ -33,9 +33,9 @@ class PatchIndex {
 public:
   /// When a place on a patch of one scan meets a patch of the other.
   struct Tolerance {
-    float min_cos = 0.9f;    ///< of the angle between the normals
-    float distance = 0.3f;   ///< to the plane [m]
-    float lateral = 0.3f;    ///< beyond the edge of the patch [m]
+    float min_cos = 0.9f;     ///< of the angle between the normals
+    float distance = 0.3f;    ///< to the plane [m]
+    float lateral = 0.3f;     ///< beyond the edge of the patch [m]
     bool either_side = false; ///< the signs of the normals carry no information
   };
 
@@ -87,9 +87,9 @@ private:
   struct Plane {
     Eigen::Vector3f centroid;
     Eigen::Vector3f normal;
-    Eigen::Vector3f major;     ///< unit, direction of the largest extent
-    float half_major = 0;      ///< [m]
-    float half_minor = 0;      ///< [m]
+    Eigen::Vector3f major; ///< unit, direction of the largest extent
+    float half_major = 0;  ///< [m]
+    float half_minor = 0;  ///< [m]
   };
 
   std::int64_t

@@ -22,7 +22,7 @@ struct PatchScan {
   Eigen::Vector3d origin = Eigen::Vector3d::Zero(); ///< subtracted from the points in double [m]
   bool viewpoint_used = false;                      ///< the viewpoint is believed
   Eigen::Vector3d viewpoint = Eigen::Vector3d::Zero(); ///< relative to origin [m]; zero when not believed
-  double thickness = 0;                             ///< that its patches may have [m]
+  double thickness = 0;                                ///< that its patches may have [m]
   PlanarPatches patches;
   std::vector<MainNormal> main_normals;
   VotingSamples votes;

@@ -44,9 +44,8 @@ VotingSamples
 drawVotingSamples(const OrientedSamples& samples, const std::vector<MainNormal>& main_normals, int count);
 
 /** \brief Translations for one rotation: correlation peaks along the two best observed axes (METHOD stages 9 to 11),
- * every shift along the third (METHOD point 14a: it is the axis with few planes on which the truth gets lost), judged by
- * votes of the samples.
- * \return at most options.keep poses, distinct by peak_separation, best first
+ * every shift along the third (METHOD point 14a: it is the axis with few planes on which the truth gets lost), judged
+ * by votes of the samples. \return at most options.keep poses, distinct by peak_separation, best first
  */
 std::vector<PoseHypothesis>
 searchTranslations(const OrientedSamples& source,

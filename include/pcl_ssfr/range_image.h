@@ -63,8 +63,8 @@ public:
   {
     return nearest_[cell];
   }
-  /// Range up to which a cell is free [m]; 0 when it has no return. Its nearest return, or the middle between that and a
-  /// nearer neighbour's: a surface seen at a grazing angle spans many ranges within one cell.
+  /// Range up to which a cell is free [m]; 0 when it has no return. Its nearest return, or the middle between that and
+  /// a nearer neighbour's: a surface seen at a grazing angle spans many ranges within one cell.
   float
   freeRange(std::size_t cell) const
   {
@@ -98,8 +98,8 @@ double
 twoDepthShare(const Eigen::Matrix3Xf& points, const Eigen::Vector3f& viewpoint, double cell, double margin);
 
 /** \brief Whether \p points (3 x N) look as if they were seen from \p viewpoint (METHOD point 11): they spread over as
- * many directions as seen from their centroid, and few directions hold two depths, markedly fewer than from places around.
- * \param[in] scale of the scene, > 0: 1 for rooms to streets; the places tried are 3 m * scale away
+ * many directions as seen from their centroid, and few directions hold two depths, markedly fewer than from places
+ * around. \param[in] scale of the scene, > 0: 1 for rooms to streets; the places tried are 3 m * scale away
  */
 bool
 isPlausibleViewpoint(const Eigen::Matrix3Xf& points, const Eigen::Vector3f& viewpoint, double scale);

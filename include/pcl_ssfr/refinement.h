@@ -12,10 +12,10 @@ namespace pcl_ssfr {
 
 /// Options of the robust plane-to-plane refinement (METHOD point 7).
 struct RefinementOptions {
-  PatchIndex::Tolerance match;     ///< of the first step; distances shrink from step to step
-  double final_distance = 0.05;    ///< plane distance allowed in the last step [m], > 0
-  int steps = 8;                   ///< >= 1
-  double min_step = 1e-5;          ///< stop when a step at the final distance is smaller ([m] and [rad])
+  PatchIndex::Tolerance match;  ///< of the first step; distances shrink from step to step
+  double final_distance = 0.05; ///< plane distance allowed in the last step [m], > 0
+  int steps = 8;                ///< >= 1
+  double min_step = 1e-5;       ///< stop when a step at the final distance is smaller ([m] and [rad])
 };
 
 /// A refined pose and the linear system of its last step.
@@ -24,8 +24,8 @@ struct Refinement {
   /// Sum of weight J J^T with J = [p x n; n], p relative to \ref centre: rotation [rad], translation [m].
   Eigen::Matrix<double, 6, 6> hessian = Eigen::Matrix<double, 6, 6>::Zero();
   Eigen::Vector3d centre = Eigen::Vector3d::Zero(); ///< mean place of the source at the start, target frame [m]
-  double weight = 0;     ///< robust weight of all matches
-  double rms = 0;        ///< weighted root mean square plane distance of the matches [m]
+  double weight = 0;                                ///< robust weight of all matches
+  double rms = 0;                                   ///< weighted root mean square plane distance of the matches [m]
   Eigen::Index matches = 0;
   int steps = 0;
 };

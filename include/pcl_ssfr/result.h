@@ -41,20 +41,21 @@ struct StageReport {
 
 /// Evidence about one pose beyond overlap and contradiction; what the confidence is computed from.
 struct CandidateEvidence {
-  double unmatched = 0;    ///< share of the surface that is in view of the other sensor but met nothing like it, [0, 1]
-  double tightness = 0;    ///< share of the matched surface that meets within the noise rather than the tolerance, [0, 1]
+  double unmatched = 0; ///< share of the surface that is in view of the other sensor but met nothing like it, [0, 1]
+  double tightness = 0; ///< share of the matched surface that meets within the noise rather than the tolerance, [0, 1]
   double weakest_direction = 0; ///< matched share of the visible surface, in the direction where it is least, [0, 1]
-  double third_direction = 0;   ///< matched surface that faces the direction that least of it faces, share of all, [0, 1/3]
+  double third_direction =
+      0; ///< matched surface that faces the direction that least of it faces, share of all, [0, 1/3]
 };
 
 /// One pose that was considered, with the evidence for and against it.
 struct Candidate {
   Eigen::Isometry3d T_target_source = Eigen::Isometry3d::Identity(); ///< maps source points into the target frame
-  double score = 0;         ///< what candidates are ranked by; comparable within one registration only
-  double overlap = 0;       ///< share of the surface that met its counterpart, [0, 1]
-  double contradiction = 0; ///< share of the surface that hangs in the other sensor's free space, [0, 1]
+  double score = 0;           ///< what candidates are ranked by; comparable within one registration only
+  double overlap = 0;         ///< share of the surface that met its counterpart, [0, 1]
+  double contradiction = 0;   ///< share of the surface that hangs in the other sensor's free space, [0, 1]
   CandidateEvidence evidence; ///< default profile only
-  bool from_guess = false;  ///< the caller's initial guess (refined), not found by the method
+  bool from_guess = false;    ///< the caller's initial guess (refined), not found by the method
 };
 
 /// A direction of motion that the scene does not determine.
@@ -79,7 +80,8 @@ struct Result {
   Eigen::Matrix<double, 6, 6> information = Eigen::Matrix<double, 6, 6>::Zero();
   std::vector<Candidate> candidates; ///< distinct poses, best first; the first is T_target_source
   std::vector<UnobservableDirection> unobservable;
-  std::vector<StageReport> stages;    ///< in order of execution
+  /// In order of execution; those of the scans as they were prepared, which may have been for an earlier registration.
+  std::vector<StageReport> stages;
   bool source_viewpoint_used = false; ///< normals and free space of the source were tied to its viewpoint
   bool target_viewpoint_used = false;
 

@@ -192,8 +192,8 @@ public:
   /// Polish the answer by robust point-to-plane steps (on by default in Profile::Default).
   void
   setRefinement(bool refine);
-  /// Stop looking for better answers so long after the call of align() [s]; 0 (default): no limit. What must be prepared
-  /// is prepared to the end, and the answer is polished. With a limit, runs may differ.
+  /// Stop looking for better answers so long after the call of align() [s]; 0 (default): no limit. What must be
+  /// prepared is prepared to the end, and the answer is polished. With a limit, runs may differ.
   void
   setTimeLimit(double seconds);
 

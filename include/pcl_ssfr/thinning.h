@@ -31,12 +31,12 @@ measureExtent(const ScanView& scan);
  * Cell l of a point is its \ref codes shifted right by 3 l: cells of edge leaf * 2^l.
  */
 struct ThinnedCloud {
-  double leaf = 0;                                   ///< edge of the voxels [m]
-  Eigen::Vector3d origin = Eigen::Vector3d::Zero();  ///< subtracted from the points in double [m]
-  Eigen::Matrix3Xf points;                           ///< relative to \ref origin, 3 x N [m]
-  Eigen::Matrix3Xf normals;                          ///< sums of the given normals, 3 x N; empty when none were given
-  std::vector<std::uint64_t> codes;                  ///< Morton code of the voxel, ascending, N
-  std::vector<std::uint32_t> counts;                 ///< points averaged, N
+  double leaf = 0;                                  ///< edge of the voxels [m]
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero(); ///< subtracted from the points in double [m]
+  Eigen::Matrix3Xf points;                          ///< relative to \ref origin, 3 x N [m]
+  Eigen::Matrix3Xf normals;                         ///< sums of the given normals, 3 x N; empty when none were given
+  std::vector<std::uint64_t> codes;                 ///< Morton code of the voxel, ascending, N
+  std::vector<std::uint32_t> counts;                ///< points averaged, N
 
   Eigen::Index
   size() const
@@ -51,10 +51,7 @@ struct ThinnedCloud {
  * would leave the 2^21 voxels that a Morton code addresses along each axis. The result does not depend on \p threads.
  */
 ThinnedCloud
-thinScan(const ScanView& scan,
-         double leaf,
-         const Eigen::Vector3d& origin,
-         double max_distance = 0,
-         unsigned threads = 1);
+thinScan(
+    const ScanView& scan, double leaf, const Eigen::Vector3d& origin, double max_distance = 0, unsigned threads = 1);
 
 } // namespace pcl_ssfr

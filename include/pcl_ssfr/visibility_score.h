@@ -14,8 +14,8 @@ namespace pcl_ssfr {
 /// Options of the visibility score (METHOD points 6 and 13).
 struct VisibilityOptions {
   PatchIndex::Tolerance match;
-  float free_ratio = 0.95f;  ///< nearer than this share of the nearest return ...
-  float free_margin = 0.3f;  ///< ... less this [m]: hangs in free space
+  float free_ratio = 0.95f;   ///< nearer than this share of the nearest return ...
+  float free_margin = 0.3f;   ///< ... less this [m]: hangs in free space
   float hidden_ratio = 1.05f; ///< farther than this share of the farthest return ...
   float hidden_margin = 0.3f; ///< ... plus this [m]: hidden behind what was seen
 };
