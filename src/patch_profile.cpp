@@ -235,11 +235,6 @@ public:
         stage.name = (scan == &source_ ? "source " : "target ") + stage.name;
         result_.stages.push_back(stage);
       }
-    for (const PatchScan* scan : {&source_, &target_})
-      for (StageReport stage : scan->stages) {
-        stage.name = (scan == &source_ ? "source " : "target ") + stage.name;
-        result_.stages.push_back(stage);
-      }
     if (!checkScans())
       return result_;
     std::vector<JudgedPose> poses;
