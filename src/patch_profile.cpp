@@ -14,6 +14,7 @@
 #include <atomic>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <string>
 #include <thread>
 
@@ -333,7 +334,8 @@ private:
   double
   matchDistance() const
   {
-    return options_.overlap_radius > 0 ? options_.overlap_radius / (scale_ * noise_) : kMatch;
+    // Callers of ICP are used to generous radii; beyond the coarse tolerance the evidence would tell nothing.
+    return options_.overlap_radius > 0 ? std::min(options_.overlap_radius / (scale_ * noise_), kLooseMatch) : kMatch;
   }
 
   RefinementOptions
@@ -547,9 +549,10 @@ private:
     report("fine refinement", before, poses.size());
   }
 
-  /// Among poses that explain the scans equally well, take the one next to the caller's guess.
+  /// Among poses that explain the scans equally well, take the one next to the caller's guess; when it is clearly the
+  /// nearest, the guess has told them apart and the answer is no longer ambiguous.
   void
-  preferGuess(std::vector<JudgedPose>& poses, const Eigen::Isometry3d* guess) const
+  preferGuess(std::vector<JudgedPose>& poses, const Eigen::Isometry3d* guess)
   {
     if (!guess || poses.size() < 2)
       return;
@@ -561,9 +564,14 @@ private:
     };
     const double least = ambiguousRatio(seesFreeSpace()) * poses.front().score;
     std::size_t nearest = 0;
-    for (std::size_t i = 1; i < poses.size() && poses[i].score >= least; ++i)
-      if (distance(poses[i]) < distance(poses[nearest]))
+    double second = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 1; i < poses.size() && poses[i].score >= least; ++i) {
+      const bool nearer = distance(poses[i]) < distance(poses[nearest]);
+      second = std::min(second, distance(poses[nearer ? nearest : i]));
+      if (nearer)
         nearest = i;
+    }
+    guess_decides_ = distance(poses[nearest]) < kClearlyNearer * second;
     std::rotate(poses.begin(),
                 poses.begin() + static_cast<std::ptrdiff_t>(nearest),
                 poses.begin() + static_cast<std::ptrdiff_t>(nearest) + 1);
@@ -685,7 +693,7 @@ private:
       return;
     }
     const double ambiguous = ambiguousRatio(seesFreeSpace());
-    if (best.score > 0 && ratio >= ambiguous) {
+    if (best.score > 0 && ratio >= ambiguous && !guess_decides_) {
       std::size_t equals = 0;
       for (const Candidate& c : result_.candidates)
         equals += c.score >= ambiguous * best.score;
@@ -725,6 +733,7 @@ private:
   static constexpr double kPolishLateral = 0.1; // [m] at scale 1
   static constexpr double kUnobservableConfidence = 0.3;
   static constexpr double kHopelessOverlap = 0.15;
+  static constexpr double kClearlyNearer = 0.5;        // of the distance of the next pose to the guess
   static constexpr double kTellingContradiction = 0.1; // of the visible surface
 
   const PatchScan& source_;
@@ -735,6 +744,7 @@ private:
   bool either_side_;
   int threads_;
   std::vector<MainNormal> source_normals_, target_normals_;
+  bool guess_decides_ = false;
   Refinement polish_;
   StageClock clock_;
   Result result_;

@@ -176,6 +176,7 @@ TEST(Honest, aGuessBreaksTheTieOfASymmetricRoom)
   const Eigen::Isometry3d guess =
       pair.T_target_source * Eigen::Translation3d(0.2, -0.1, 0.1) * Eigen::AngleAxisd(0.05, Eigen::Vector3d::UnitZ());
   const Result result = registerPair(pair, makeOptions(Profile::Default), &guess);
+  EXPECT_EQ(result.status, Status::Converged) << result.message;
   EXPECT_THAT(result.T_target_source, IsPoseNear(pair.T_target_source, 0.2 * kDegree, 0.01));
 }
 

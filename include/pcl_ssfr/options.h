@@ -59,11 +59,12 @@ struct Options {
   double bin_width = 0;      ///< [m], 0 or > 0
   double leaf = 0;           ///< spacing that the clouds are thinned to [m], 0: from the data
 
-  bool refine = true;                  ///< polish the answer by robust point-to-plane steps; not read by Paper2017
-  int max_refinement_steps = 30;       ///< bound on the steps of the final polish, >= 1; not read by Paper2017
-  double overlap_radius = 0;           ///< surfaces match nearer than this [m]; 0: from the data; not read by Paper2017
-  double time_limit = 0;               ///< of registerScans(), without prepareScan() [s]; 0: none
-  unsigned threads = 1;                ///< 0: all processors, at most kMaxThreads; the result never depends on it
+  bool refine = true;            ///< polish the answer by robust point-to-plane steps; not read by Paper2017
+  int max_refinement_steps = 30; ///< bound on the steps of the final polish, >= 1; not read by Paper2017
+  double overlap_radius = 0; ///< surfaces match nearer than this [m], at most twice the usual; 0: from the data; not
+                             ///< read by Paper2017
+  double time_limit = 0;     ///< of registerScans(), without prepareScan() [s]; 0: none
+  unsigned threads = 1;      ///< 0: all processors, at most kMaxThreads; the result never depends on it
   std::optional<GravityPrior> gravity; ///< only poses that keep it are considered
   int max_candidates = 10;             ///< distinct poses listed in the result, >= 1
   double min_confidence = 0.6;         ///< accept an answer from this confidence on, [0, 1]; not read by Paper2017
