@@ -96,7 +96,7 @@ measureExtent(const ScanView& scan)
   sample.reserve(extent.finite_points / step + 1);
   for (std::size_t i = 0, finite = 0; i < n; ++i)
     if (scan.point(i).allFinite() && finite++ % step == 0)
-      sample.push_back(scan.point(i).cast<double>());
+      sample.emplace_back(scan.point(i).cast<double>());
   std::vector<double> values(sample.size());
   const auto quantile = [&values](double q) {
     const auto nth = values.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(values.size() - 1));
