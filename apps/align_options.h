@@ -3,20 +3,15 @@
 
 #pragma once
 
+#include <apps/usage_error.h>
+
 #include <pcl_ssfr/options.h>
 
-#include <stdexcept>
 #include <string>
 #include <vector>
 
 namespace pcl_ssfr {
 namespace apps {
-
-/// A command line that cannot be run; what() is one line that names the option or argument.
-class UsageError : public std::runtime_error {
-public:
-  using std::runtime_error::runtime_error;
-};
 
 /// What the user of ssfr_align asked for.
 struct AlignArguments {

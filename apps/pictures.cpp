@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
+#include <apps/drawing.h>
 #include <apps/pictures.h>
-
-#include <cairo.h>
 
 #include <algorithm>
 #include <array>
@@ -37,14 +36,8 @@ constexpr double kViewMargin = 0.03;        ///< around what is shown, share of 
 constexpr double kMinExtent = 1;            ///< of what is shown [m]
 
 /// Colours that every kind of colour vision tells apart (Okabe and Ito).
-struct Colour {
-  double red;
-  double green;
-  double blue;
-};
 constexpr Colour kTargetColour{0.0, 0.447, 0.698}; // blue
 constexpr Colour kSourceColour{0.835, 0.369, 0.0}; // vermilion
-constexpr Colour kInk{0.13, 0.13, 0.13};
 
 using Points = std::vector<Eigen::Vector3f>;
 
@@ -296,35 +289,6 @@ coverage(const Layer& layer, const View& view)
   return counts;
 }
 
-/// What cairo draws into, freed with the object.
-using SurfacePtr = std::unique_ptr<cairo_surface_t, decltype(&cairo_surface_destroy)>;
-using ContextPtr = std::unique_ptr<cairo_t, decltype(&cairo_destroy)>;
-
-void
-setColour(cairo_t* context, const Colour& colour, double alpha = 1)
-{
-  cairo_set_source_rgba(context, colour.red, colour.green, colour.blue, alpha);
-}
-
-void
-drawText(cairo_t* context, double x, double y, const std::string& text, double size, bool bold = false)
-{
-  cairo_select_font_face(
-      context, "sans-serif", CAIRO_FONT_SLANT_NORMAL, bold ? CAIRO_FONT_WEIGHT_BOLD : CAIRO_FONT_WEIGHT_NORMAL);
-  cairo_set_font_size(context, size);
-  setColour(context, kInk);
-  cairo_move_to(context, x, y);
-  cairo_show_text(context, text.c_str());
-}
-
-double
-textWidth(cairo_t* context, const std::string& text)
-{
-  cairo_text_extents_t extents;
-  cairo_text_extents(context, text.c_str(), &extents);
-  return extents.x_advance;
-}
-
 /// Both scans like two inks on paper: where they meet it is darkest.
 void
 drawPoints(cairo_surface_t* surface, const View& view, const std::vector<const Layer*>& layers)
@@ -365,12 +329,7 @@ drawSensor(cairo_t* context, const View& view, const Layer& layer)
   const double y = (view.vertical.high - (*layer.sensor)[view.up]) * view.scale;
   if (!(x > 0 && x < view.width() && y > 0 && y < view.height()))
     return;
-  cairo_arc(context, view.left + x, view.top + y, 6, 0, 2 * M_PI);
-  setColour(context, layer.colour);
-  cairo_fill_preserve(context);
-  cairo_set_source_rgb(context, 1, 1, 1);
-  cairo_set_line_width(context, 2);
-  cairo_stroke(context);
+  drawDot(context, view.left + x, view.top + y, 6, layer.colour);
 }
 
 void
@@ -380,50 +339,6 @@ drawFrame(cairo_t* context, const View& view)
   setColour(context, kInk, 0.35);
   cairo_set_line_width(context, 1);
   cairo_stroke(context);
-}
-
-/// 1, 2 or 5 times a power of ten, at most \p longest.
-double
-roundLength(double longest)
-{
-  const double decade = std::pow(10, std::floor(std::log10(longest)));
-  for (const double factor : {5.0, 2.0})
-    if (factor * decade <= longest)
-      return factor * decade;
-  return decade;
-}
-
-void
-drawScaleBar(cairo_t* context, double left, double baseline, double scale)
-{
-  constexpr double kLongest = 300; // [pixels]
-  constexpr int kFields = 4;
-  const double metres = roundLength(kLongest / scale);
-  const double length = metres * scale;
-  for (int i = 0; i < kFields; ++i) {
-    cairo_rectangle(context, left + i * length / kFields, baseline - 8, length / kFields, 8);
-    if (i % 2 == 0)
-      setColour(context, kInk);
-    else
-      cairo_set_source_rgb(context, 1, 1, 1);
-    cairo_fill_preserve(context);
-    setColour(context, kInk);
-    cairo_set_line_width(context, 1);
-    cairo_stroke(context);
-  }
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%g m", metres);
-  drawText(context, left + length + 10, baseline, text.data(), 16);
-}
-
-double
-drawLegendEntry(cairo_t* context, double left, double baseline, const Colour& colour, const std::string& label)
-{
-  cairo_rectangle(context, left, baseline - 13, 16, 16);
-  setColour(context, colour);
-  cairo_fill(context);
-  drawText(context, left + 24, baseline, label, 16);
-  return left + 24 + textWidth(context, label) + 32;
 }
 
 /// The colour of two inks on each other.
@@ -442,10 +357,8 @@ drawPicture(const std::string& path,
             const std::vector<const Layer*>& layers)
 {
   const int height = kHeader + kCaption + top.height() + kCaption + side.height() + kFooter;
-  const SurfacePtr surface(cairo_image_surface_create(CAIRO_FORMAT_RGB24, kWidth, height), cairo_surface_destroy);
-  const ContextPtr context(cairo_create(surface.get()), cairo_destroy);
-  cairo_set_source_rgb(context.get(), 1, 1, 1);
-  cairo_paint(context.get());
+  const SurfacePtr surface = makePicture(kWidth, height);
+  const ContextPtr context = makeContext(surface);
   drawText(context.get(), kMargin, 38, title, 26, true);
   drawText(context.get(), kMargin, 66, subtitle, 17);
 
@@ -467,9 +380,7 @@ drawPicture(const std::string& path,
     left = drawLegendEntry(context.get(), left, baseline, layer->colour, layer->label);
   left = drawLegendEntry(context.get(), left, baseline, mixed(kTargetColour, kSourceColour), "both; dots: sensors");
   drawScaleBar(context.get(), std::max<double>(left, kWidth - 420), baseline, top.scale);
-  const cairo_status_t status = cairo_surface_write_to_png(surface.get(), path.c_str());
-  if (status != CAIRO_STATUS_SUCCESS)
-    throw io::IoError(path + ": cannot be written: " + cairo_status_to_string(status));
+  writePng(path, surface);
 }
 
 // ---------------------------------------------------------------------------------------------------------------------
