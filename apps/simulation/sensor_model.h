@@ -15,7 +15,7 @@ enum class PatternKind {
   Rings,       ///< beams at fixed elevations, turned about z (HDL-32E, VLP-16)
   TurningLine, ///< a line scanner (2-D) turned or nodded by a unit (UTM-30LX, LMS-200)
   Sphere,      ///< a terrestrial scanner: rows of elevation times columns of azimuth
-  Rosette      ///< non-repetitive (Livox)
+  Rosette      ///< non-repetitive: elevation swings many times a turn and the next scan goes on elsewhere (Livox)
 };
 
 /// The beams of one scan. Angles [rad]; azimuth about z from x, elevation from the xy plane.
@@ -51,6 +51,7 @@ struct RangeModel {
   double angular_jitter = 0;          ///< 1 sigma of azimuth and elevation [rad]
   double beam_divergence = 0;         ///< full angle [rad]; mixed pixels at edges come of it
   double beam_diameter = 0;           ///< at the sensor [m]
+  double pulse_length = 0.5;          ///< surfaces in one beam that lie nearer together than this mix to one range [m]
   double drop_rate = 0;               ///< share of returns lost anywhere, [0, 1)
 };
 
@@ -96,7 +97,9 @@ formatSensor(const SensorModel& sensor);
 /// \throw SimulationError naming the field and the value
 void
 validate(const SensorModel& sensor);
-/// The same sensor with about \p points beams a scan: both grid directions scaled alike. \throw SimulationError
+/** \brief The same sensor with about \p beams beams a scan: both grid directions scaled alike, but rings are kept.
+ * \throw SimulationError for none or too many
+ */
 SensorModel
 withBeamCount(const SensorModel& sensor, std::size_t beams);
 
