@@ -1,9 +1,10 @@
-# Install rules: library, headers, package files. find_package(pcl_ssfr CONFIG) then gives pcl_ssfr::pcl_ssfr.
+# Install rules: library, headers, package files. find_package(pcl_ssfr CONFIG) then gives pcl_ssfr::pcl_ssfr
+# and pcl_ssfr::baselines.
 include(CMakePackageConfigHelpers)
 
 set(pcl_ssfr_config_dir "${CMAKE_INSTALL_LIBDIR}/cmake/pcl_ssfr")
 
-install(TARGETS pcl_ssfr EXPORT pcl_ssfrTargets
+install(TARGETS pcl_ssfr pcl_ssfr_baselines EXPORT pcl_ssfrTargets
         ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}"
         LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}"
         RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}")

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#include "baseline_scan.h"
+
+#include <pcl_ssfr/thinning.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+namespace pcl_ssfr::baselines {
+
+namespace {
+
+constexpr double kLeafPerRadius = 1.0 / 50;   ///< first voxel edge against the radius of the scan
+constexpr double kMaxLeafPerRadius = 1.0 / 5; ///< a larger voxel leaves nothing of the shape
+constexpr double kLeafGrowth = 1.5;           ///< from one trial to the next
+constexpr double kPointsPerVoxel = 3;         ///< average at which the scan is dense enough for the voxel
+constexpr double kMinRadius = 1e-9;           ///< a scan smaller than this is a single point [m]
+
+bool
+isDenseEnough(const ScanView& scan, const ScanExtent& extent, double leaf, unsigned threads)
+{
+  const ThinnedCloud cloud = thinScan(scan, leaf, extent.median, 0, threads);
+  return static_cast<double>(extent.finite_points) >= kPointsPerVoxel * static_cast<double>(cloud.size());
+}
+
+} // namespace
+
+double
+deriveLeaf(const ScanView& source, const ScanView& target, unsigned threads)
+{
+  const ScanExtent source_extent = measureExtent(source);
+  const ScanExtent target_extent = measureExtent(target);
+  const double radius = std::min(source_extent.radius, target_extent.radius);
+  if (!(radius > kMinRadius))
+    return 0;
+  double leaf = kLeafPerRadius * radius;
+  while (leaf < kMaxLeafPerRadius * radius &&
+         (!isDenseEnough(source, source_extent, leaf, threads) || !isDenseEnough(target, target_extent, leaf, threads)))
+    leaf *= kLeafGrowth;
+  return std::min(leaf, kMaxLeafPerRadius * radius);
+}
+
+BaselineScan
+thinBaselineScan(const ScanView& scan, double leaf, unsigned threads)
+{
+  BaselineScan result;
+  const ScanExtent extent = measureExtent(scan);
+  result.origin = extent.median;
+  result.viewpoint = scan.viewpoint - result.origin;
+  if (leaf > 0) {
+    result.points = thinScan(scan, leaf, result.origin, 0, threads).points.cast<double>();
+    return result;
+  }
+  result.points.resize(3, static_cast<Eigen::Index>(extent.finite_points));
+  Eigen::Index column = 0;
+  for (std::size_t i = 0; i < scan.count(); ++i) {
+    const Eigen::Vector3f point = scan.point(i);
+    if (point.allFinite())
+      result.points.col(column++) = point.cast<double>() - result.origin;
+  }
+  return result;
+}
+
+Eigen::Isometry3d
+uncentred(const Eigen::Isometry3d& T_centred, const BaselineScan& source, const BaselineScan& target)
+{
+  Eigen::Isometry3d T = T_centred;
+  T.translation() += target.origin - T_centred.linear() * source.origin;
+  return T;
+}
+
+Eigen::Isometry3d
+centred(const Eigen::Isometry3d& T, const BaselineScan& source, const BaselineScan& target)
+{
+  Eigen::Isometry3d T_centred = T;
+  T_centred.translation() += T.linear() * source.origin - target.origin;
+  return T_centred;
+}
+
+} // namespace pcl_ssfr::baselines
