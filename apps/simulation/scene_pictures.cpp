@@ -1,0 +1,431 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#include <apps/drawing.h>
+#include <apps/io/io_error.h>
+#include <apps/simulation/ray_caster.h>
+#include <apps/simulation/scene_pictures.h>
+
+#include <omp.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <limits>
+#include <optional>
+#include <utility>
+#include <vector>
+
+namespace pcl_ssfr::simulation {
+
+namespace {
+
+using apps::Colour;
+using apps::kInk;
+
+// Layout [pixels].
+constexpr int kWidth = 1400;
+constexpr int kMargin = 24;
+constexpr int kHeader = 84;
+constexpr int kCaption = 30;
+constexpr int kFooter = 56;
+constexpr int kMaxTopHeight = 620;
+constexpr int kViewHeight = 640;
+constexpr int kViewWidth = kWidth - 2 * kMargin;
+constexpr int kSubsamples = 2; // a pixel side
+
+constexpr double kMaxWall = 0.5;       // what is thinner where it is cut is drawn as cut through [m]
+constexpr double kCutShare = 0.66;     // of the height under the ceiling
+constexpr double kFieldOfView = 0.5;   // tangent of half the horizontal angle
+constexpr double kElevation = 0.72;    // of the camera above the horizon [rad]
+constexpr double kAzimuth = -1.15;     // of the camera about the scene [rad]
+constexpr double kCutElevation = 0.95; // steeper where walls would hide the rooms [rad]
+constexpr Colour kScanColour{0.835, 0.369, 0.0};
+constexpr Colour kCutColour{0.27, 0.27, 0.29};
+constexpr Colour kGroundColour{1, 1, 1};
+
+/// What a ray of a picture meets.
+struct Sample {
+  double depth = std::numeric_limits<double>::infinity();
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+  std::uint16_t material = 0;
+  bool cut = false; ///< the inside of what the cut goes through
+};
+
+struct Ray {
+  Eigen::Vector3d origin;
+  Eigen::Vector3d direction; ///< unit
+};
+
+/// Somewhere to look from: pixels to rays, points to pixels.
+class Camera {
+public:
+  virtual ~Camera() = default;
+  virtual Ray
+  rayOf(double x, double y) const = 0;
+  virtual Eigen::Vector2d
+  pixelOf(const Eigen::Vector3d& point) const = 0;
+};
+
+class TopCamera : public Camera {
+public:
+  TopCamera(const Eigen::AlignedBox3d& box, double scale) : box_(box), scale_(scale) {}
+  Ray
+  rayOf(double x, double y) const override
+  {
+    return {{box_.min().x() + x / scale_, box_.max().y() - y / scale_, box_.max().z() + 1}, -Eigen::Vector3d::UnitZ()};
+  }
+  Eigen::Vector2d
+  pixelOf(const Eigen::Vector3d& point) const override
+  {
+    return {(point.x() - box_.min().x()) * scale_, (box_.max().y() - point.y()) * scale_};
+  }
+
+private:
+  Eigen::AlignedBox3d box_;
+  double scale_; ///< pixels a metre
+};
+
+/// Looks at a box from outside, from so far that it fills the picture.
+class ViewCamera : public Camera {
+public:
+  ViewCamera(const Eigen::AlignedBox3d& box, double elevation, int width, int height)
+  {
+    const Eigen::Vector3d away(
+        std::cos(elevation) * std::cos(kAzimuth), std::cos(elevation) * std::sin(kAzimuth), std::sin(elevation));
+    axes_.col(2) = away;
+    axes_.col(0) = Eigen::Vector3d::UnitZ().cross(away).normalized();
+    axes_.col(1) = away.cross(axes_.col(0));
+    focal_ = width / 2.0 / kFieldOfView;
+    middle_ = {width / 2.0, height / 2.0};
+    // Step back until every corner is inside, then centre what is seen; again, as one moves the other.
+    constexpr int kRounds = 4;
+    for (int round = 0; round < kRounds; ++round) {
+      double distance = 0;
+      Eigen::AlignedBox2d seen;
+      for (int i = 0; i < 8; ++i) {
+        const Eigen::Vector3d corner =
+            axes_.transpose() * (box.corner(Eigen::AlignedBox3d::CornerType(i)) - centre(box));
+        const double x = std::abs(corner.x()) * focal_ / (0.97 * middle_.x());
+        const double y = std::abs(corner.y()) * focal_ / (0.97 * middle_.y());
+        distance = std::max(distance, corner.z() + std::max(x, y));
+      }
+      eye_ = centre(box) + distance * away;
+      for (int i = 0; i < 8; ++i)
+        seen.extend(pixelOf(box.corner(Eigen::AlignedBox3d::CornerType(i))));
+      const Eigen::Vector2d off = (seen.center() - middle_) * (distance / focal_);
+      shift_ += axes_.col(0) * off.x() - axes_.col(1) * off.y();
+    }
+  }
+  Ray
+  rayOf(double x, double y) const override
+  {
+    return {eye_, (axes_ * Eigen::Vector3d(x - middle_.x(), middle_.y() - y, -focal_)).normalized()};
+  }
+  Eigen::Vector2d
+  pixelOf(const Eigen::Vector3d& point) const override
+  {
+    const Eigen::Vector3d seen = axes_.transpose() * (point - eye_);
+    return {middle_.x() - focal_ * seen.x() / seen.z(), middle_.y() + focal_ * seen.y() / seen.z()};
+  }
+
+private:
+  Eigen::Vector3d
+  centre(const Eigen::AlignedBox3d& box) const
+  {
+    return box.center() + shift_;
+  }
+
+  Eigen::Matrix3d axes_; ///< columns: right, up, towards the eye
+  Eigen::Vector3d eye_ = Eigen::Vector3d::Zero();
+  Eigen::Vector3d shift_ = Eigen::Vector3d::Zero();
+  Eigen::Vector2d middle_;
+  double focal_ = 1; ///< [pixels]
+};
+
+// ---------------------------------------------------------------------------------------------------------------------
+// What is shown
+
+/// The height above which everything is taken off, when most of the path has a ceiling [m].
+std::optional<double>
+cutHeight(const Scene& scene, const RayCaster& caster)
+{
+  constexpr double kEye = 1;        // above the path [m]
+  constexpr double kHighest = 1000; // [m]
+  std::vector<double> clearances;
+  for (const Eigen::Vector3d& point : scene.path)
+    if (const auto hit = caster.cast(point + kEye * Eigen::Vector3d::UnitZ(), Eigen::Vector3d::UnitZ(), kHighest))
+      clearances.push_back(hit->distance + kEye);
+  if (clearances.size() * 2 <= scene.path.size())
+    return std::nullopt;
+  const auto middle = clearances.begin() + static_cast<std::ptrdiff_t>(clearances.size() / 2);
+  std::nth_element(clearances.begin(), middle, clearances.end());
+  return scene.path.front().z() + kCutShare * *middle;
+}
+
+class Painter {
+public:
+  Painter(const RayCaster& caster, std::optional<double> cut, unsigned threads)
+      : caster_(caster), cut_(cut), threads_(threads == 0 ? omp_get_max_threads() : static_cast<int>(threads))
+  {}
+
+  /// Shade every pixel; ARGB as cairo has it.
+  std::vector<std::uint32_t>
+  paint(const Camera& camera, int width, int height) const
+  {
+    const int columns = width * kSubsamples;
+    const int rows = height * kSubsamples;
+    std::vector<Sample> samples(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
+#pragma omp parallel for schedule(dynamic, 8) num_threads(threads_)
+    for (int row = 0; row < rows; ++row)
+      for (int column = 0; column < columns; ++column)
+        samples[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(column)] =
+            look(camera.rayOf((column + 0.5) / kSubsamples, (row + 0.5) / kSubsamples));
+    const auto at = [&](int column, int row) -> const Sample& {
+      column = std::clamp(column, 0, columns - 1);
+      row = std::clamp(row, 0, rows - 1);
+      return samples[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns) +
+                     static_cast<std::size_t>(column)];
+    };
+    std::vector<std::uint32_t> pixels(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+    for (int y = 0; y < height; ++y)
+      for (int x = 0; x < width; ++x) {
+        Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+        for (int i = 0; i < kSubsamples * kSubsamples; ++i) {
+          const int column = x * kSubsamples + i % kSubsamples;
+          const int row = y * kSubsamples + i / kSubsamples;
+          const Sample& here = at(column, row);
+          const bool edge = isEdge(here, at(column - 1, row), at(column + 1, row)) ||
+                            isEdge(here, at(column, row - 1), at(column, row + 1));
+          sum += colourOf(here) * (edge ? kEdgeShade : 1);
+        }
+        pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)] =
+            packed(sum / (kSubsamples * kSubsamples));
+      }
+    return pixels;
+  }
+
+private:
+  static constexpr double kFar = 10000; // [m]
+  static constexpr double kEdgeShade = 0.6;
+
+  Sample
+  look(Ray ray) const
+  {
+    Sample sample;
+    double skipped = 0;
+    if (cut_ && ray.origin.z() > *cut_) {
+      if (ray.direction.z() >= 0)
+        return sample;
+      skipped = (*cut_ - ray.origin.z()) / ray.direction.z();
+      ray.origin += skipped * ray.direction;
+      if (isInside(ray.origin)) {
+        sample.cut = true;
+        sample.depth = skipped;
+        sample.normal = Eigen::Vector3d::UnitZ();
+        return sample;
+      }
+    }
+    if (const auto hit = caster_.cast(ray.origin, ray.direction, kFar)) {
+      sample.depth = skipped + hit->distance;
+      sample.normal = hit->normal;
+      sample.material = hit->material;
+    }
+    return sample;
+  }
+
+  /// Between two surfaces that are a wall's thickness apart.
+  bool
+  isInside(const Eigen::Vector3d& point) const
+  {
+    const auto thin = [&](const Eigen::Vector3d& direction) {
+      const auto one = caster_.cast(point, direction, kMaxWall);
+      if (!one)
+        return false;
+      const auto other = caster_.cast(point, -direction, kMaxWall);
+      return other && one->distance + other->distance < kMaxWall && std::abs(one->normal.dot(other->normal)) > 0.9;
+    };
+    return thin(Eigen::Vector3d::UnitX()) || thin(Eigen::Vector3d::UnitY());
+  }
+
+  /// A corner or a step between neighbours in a row or column: depth does not go on as a plane does.
+  static bool
+  isEdge(const Sample& here, const Sample& before, const Sample& after)
+  {
+    constexpr double kCorner = 0.8;  // cosine
+    constexpr double kStep = 0.0025; // of the depth
+    if (std::isinf(here.depth))
+      return false;
+    if (here.cut != before.cut || here.cut != after.cut || std::isinf(before.depth) || std::isinf(after.depth))
+      return true;
+    return here.normal.dot(after.normal) < kCorner || here.normal.dot(before.normal) < kCorner ||
+           2 * here.depth - before.depth - after.depth < -kStep * here.depth;
+  }
+
+  /// Diffuse light from two sides and the sky, on a grey of the material's reflectance; warm floors, cool walls.
+  Eigen::Vector3d
+  colourOf(const Sample& sample) const
+  {
+    const auto rgb = [](const Colour& c) { return Eigen::Vector3d(c.red, c.green, c.blue); };
+    if (sample.cut)
+      return rgb(kCutColour);
+    if (std::isinf(sample.depth))
+      return rgb(kGroundColour);
+    const Eigen::Vector3d sun = Eigen::Vector3d(-0.45, -0.75, 1.1).normalized();
+    const Eigen::Vector3d lamp = Eigen::Vector3d(0.8, -0.3, 0.4).normalized();
+    const double light = 0.42 + 0.42 * std::max(0.0, sample.normal.dot(sun)) +
+                         0.16 * std::max(0.0, sample.normal.dot(lamp)) + 0.08 * sample.normal.z();
+    const double grey = 0.62 + 0.38 * std::sqrt(caster_.material(sample.material).reflectance);
+    const double flat = sample.normal.z() * sample.normal.z();
+    const Eigen::Vector3d tint = flat * Eigen::Vector3d(1, 0.965, 0.9) + (1 - flat) * Eigen::Vector3d(0.93, 0.97, 1);
+    return tint * std::min(1.0, 1.08 * light * grey);
+  }
+
+  static std::uint32_t
+  packed(const Eigen::Vector3d& colour)
+  {
+    // Few levels: flat surfaces stay one colour, and the file small.
+    constexpr double kLevels = 63;
+    std::uint32_t pixel = 0xff;
+    for (Eigen::Index k = 0; k < 3; ++k)
+      pixel = pixel << 8 | static_cast<std::uint32_t>(
+                               std::lround(255 / kLevels * std::round(kLevels * std::clamp(colour[k], 0.0, 1.0))));
+    return pixel;
+  }
+
+  const RayCaster& caster_;
+  std::optional<double> cut_;
+  int threads_;
+};
+
+// ---------------------------------------------------------------------------------------------------------------------
+// Drawing
+
+/// Where a view lies in the picture [pixels].
+struct Frame {
+  int left;
+  int top;
+  int width;
+  int height;
+};
+
+void
+copyPixels(const apps::SurfacePtr& picture, const Frame& frame, const std::vector<std::uint32_t>& pixels)
+{
+  cairo_surface_flush(picture.get());
+  unsigned char* data = cairo_image_surface_get_data(picture.get());
+  const int stride = cairo_image_surface_get_stride(picture.get());
+  const auto width = static_cast<std::size_t>(frame.width);
+  for (int y = 0; y < frame.height; ++y)
+    std::memcpy(data + static_cast<std::ptrdiff_t>(frame.top + y) * stride +
+                    4 * static_cast<std::ptrdiff_t>(frame.left),
+                pixels.data() + static_cast<std::size_t>(y) * width,
+                4 * width);
+  cairo_surface_mark_dirty(picture.get());
+}
+
+/// The scans in order: dots, joined by a line; the first and the last are numbered.
+void
+drawScans(cairo_t* context, const Frame& frame, const Camera& camera, const std::vector<Eigen::Isometry3d>& poses)
+{
+  constexpr double kRadius = 5;
+  cairo_save(context);
+  cairo_rectangle(context, frame.left, frame.top, frame.width, frame.height);
+  cairo_clip(context);
+  std::vector<Eigen::Vector2d> dots;
+  for (const Eigen::Isometry3d& pose : poses)
+    dots.push_back(camera.pixelOf(pose.translation()) + Eigen::Vector2d(frame.left, frame.top));
+  for (const Eigen::Vector2d& dot : dots)
+    cairo_line_to(context, dot.x(), dot.y());
+  apps::setColour(context, kScanColour, 0.6);
+  cairo_set_line_width(context, 1.5);
+  cairo_stroke(context);
+  for (const Eigen::Vector2d& dot : dots)
+    apps::drawDot(context, dot.x(), dot.y(), kRadius, kScanColour);
+  if (!dots.empty())
+    apps::drawText(context, dots.front().x() + 8, dots.front().y() - 6, "1", 15, true);
+  if (dots.size() > 1)
+    apps::drawText(context, dots.back().x() + 8, dots.back().y() - 6, std::to_string(dots.size()), 15, true);
+  cairo_restore(context);
+}
+
+void
+drawFrame(cairo_t* context, const Frame& frame)
+{
+  cairo_rectangle(context, frame.left - 0.5, frame.top - 0.5, frame.width + 1, frame.height + 1);
+  apps::setColour(context, kInk, 0.35);
+  cairo_set_line_width(context, 1);
+  cairo_stroke(context);
+}
+
+} // namespace
+
+void
+drawScene(const std::string& path,
+          const Scene& scene,
+          const SurfaceModel& surfaces,
+          const std::vector<Eigen::Isometry3d>& T_world_sensor,
+          unsigned threads)
+{
+  const RayCaster caster(surfaces);
+  const std::optional<double> cut = cutHeight(scene, caster);
+  Eigen::AlignedBox3d box = boundsOf(surfaces);
+  if (cut)
+    box.max().z() = std::min(box.max().z(), *cut);
+  const double margin = 0.01 * box.diagonal().head<2>().norm() + 0.1;
+  box.min().head<2>().array() -= margin;
+  box.max().head<2>().array() += margin;
+
+  const Eigen::Vector3d size = box.sizes();
+  const double scale = std::min((kWidth - 2 * kMargin) / size.x(), kMaxTopHeight / size.y());
+  Frame top{0, kHeader + kCaption, static_cast<int>(std::lround(size.x() * scale)), 0};
+  top.height = static_cast<int>(std::lround(size.y() * scale));
+  top.left = (kWidth - top.width) / 2;
+  const Frame view{kMargin, top.top + top.height + kCaption, kViewWidth, kViewHeight};
+  const int height = view.top + view.height + kFooter;
+
+  const apps::SurfacePtr picture = apps::makePicture(kWidth, height);
+  const apps::ContextPtr context = apps::makeContext(picture);
+  apps::drawText(context.get(), kMargin, 38, scene.name, 26, true);
+  apps::drawText(context.get(), kMargin, 66, scene.description, 17);
+
+  const TopCamera above(box, scale);
+  const ViewCamera oblique(box, cut ? kCutElevation : kElevation, view.width, view.height);
+  const Painter painter(caster, cut, threads);
+  for (const auto& [camera, frame] :
+       {std::pair<const Camera&, const Frame&>(above, top), std::pair<const Camera&, const Frame&>(oblique, view)}) {
+    copyPixels(picture, frame, painter.paint(camera, frame.width, frame.height));
+    drawFrame(context.get(), frame);
+    drawScans(context.get(), frame, camera, T_world_sensor);
+  }
+  apps::drawText(
+      context.get(), top.left, top.top - 9, cut ? "From above, cut open under the ceiling" : "From above", 15);
+  apps::drawText(context.get(), view.left, view.top - 9, "Oblique view", 15);
+  const double baseline = height - 20;
+  const double left = apps::drawLegendEntry(context.get(), kMargin, baseline, kScanColour, "scans, in order");
+  apps::drawText(context.get(), left, baseline, "view from above:", 16);
+  apps::drawScaleBar(context.get(), left + apps::textWidth(context.get(), "view from above:") + 12, baseline, scale);
+  apps::writePng(path, picture);
+}
+
+void
+drawPlan(const std::string& folder, const PreparedPlan& prepared, unsigned threads)
+{
+  namespace fs = std::filesystem;
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error)
+    throw io::IoError(folder + ": cannot be created: " + error.message());
+  const fs::path file = fs::path(folder) / (fs::path(prepared.scene.name).stem().string() + ".png");
+  const auto first = static_cast<std::size_t>(prepared.plan.start);
+  drawScene(file.string(),
+            prepared.scene,
+            surfacesAt(prepared.scene, prepared.plan.movables, prepared.plan.seed, first),
+            prepared.T_world_sensor,
+            threads);
+}
+
+} // namespace pcl_ssfr::simulation
