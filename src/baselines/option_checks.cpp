@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#include "option_checks.h"
+
+#include <sstream>
+#include <stdexcept>
+
+namespace pcl_ssfr::baselines {
+
+void
+checkOption(bool is_valid, const char* name, double value, const char* bound)
+{
+  if (!is_valid)
+    throw std::invalid_argument(std::string(name) + " = " + shortNumber(value) + ", must " + bound);
+}
+
+std::string
+shortNumber(double value)
+{
+  constexpr int kDigits = 3;
+  std::ostringstream text;
+  text.precision(kDigits);
+  text << value;
+  return text.str();
+}
+
+} // namespace pcl_ssfr::baselines
