@@ -246,7 +246,7 @@ private:
       if (!one)
         return false;
       const auto other = caster_.cast(point, -direction, kMaxWall);
-      return other && one->distance + other->distance < kMaxWall && std::abs(one->normal.dot(other->normal)) > 0.9;
+      return other && one->distance + other->distance < kMaxWall && std::abs(one->normal.dot(other->normal)) > 0.5;
     };
     return thin(Eigen::Vector3d::UnitX()) || thin(Eigen::Vector3d::UnitY());
   }
