@@ -65,7 +65,9 @@ materialReflectance(const aiScene& scene, const aiMesh& mesh)
   const aiMaterial& material = *scene.mMaterials[mesh.mMaterialIndex];
   aiString name;
   aiColor4D colour;
-  if (material.Get(AI_MATKEY_NAME, name) == aiReturn_SUCCESS && name.C_Str() == std::string(AI_DEFAULT_MATERIAL_NAME))
+  // Readers of formats without materials make up a white one without a name, or this one.
+  if (material.Get(AI_MATKEY_NAME, name) != aiReturn_SUCCESS || name.length == 0 ||
+      name.C_Str() == std::string(AI_DEFAULT_MATERIAL_NAME))
     return std::nullopt;
   if (material.Get(AI_MATKEY_COLOR_DIFFUSE, colour) != aiReturn_SUCCESS)
     return std::nullopt;

@@ -251,29 +251,30 @@ private:
   double needed_;
 };
 
-template <typename Vector>
-void
-requireFinite(const char* name, const Vector& v)
+std::string
+toText(const Eigen::Vector3d& v)
 {
-  if (v.allFinite())
-    return;
   std::ostringstream text;
-  text << name << " is (" << v.transpose() << "), needs finite numbers";
-  throw SimulationError(text.str());
+  text << '(' << v.x() << ", " << v.y() << ", " << v.z() << ')';
+  return text.str();
+}
+
+void
+requireFinite(const std::string& name, const Eigen::Vector3d& v)
+{
+  if (!v.allFinite())
+    throw SimulationError(name + " is " + toText(v) + ", needs finite numbers");
 }
 
 void
 requireRigid(const Eigen::Isometry3d& T)
 {
-  requireFinite("position of the sensor", Eigen::Vector3d(T.translation()));
+  requireFinite("position of the sensor", T.translation());
   const Eigen::Matrix3d R = T.linear();
   if (!((R.transpose() * R - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() <= kRigidTolerance) ||
-      R.determinant() < 0) {
-    std::ostringstream text;
-    text << "rotation of the sensor is (" << R.row(0) << "; " << R.row(1) << "; " << R.row(2)
-         << "), needs a rotation matrix";
-    throw SimulationError(text.str());
-  }
+      R.determinant() < 0)
+    throw SimulationError("rotation of the sensor has the columns " + toText(R.col(0)) + ", " + toText(R.col(1)) +
+                          ", " + toText(R.col(2)) + ", needs unit vectors at right angles, right-handed");
 }
 
 } // namespace
