@@ -185,6 +185,10 @@ TEST(SurfaceModel, AppendMovesEverythingAndMergesMaterials)
   EXPECT_TRUE(model.tubes[0].axis.isApprox(Eigen::Vector3d(0, 1, 0), 1e-12));
   EXPECT_TRUE(model.mesh.vertices[1].isApprox(Eigen::Vector3f(10, 1, 0), 1e-6F));
   EXPECT_EQ(model.mesh.triangles[1][0], 3U);
+  model.append(model, T);
+  EXPECT_EQ(model.mesh.triangles.size(), 4U);
+  EXPECT_EQ(model.spheres.size(), 4U);
+  EXPECT_EQ(model.materials.size(), 2U);
   EXPECT_NO_THROW(validate(model));
 }
 

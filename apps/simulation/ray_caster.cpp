@@ -199,7 +199,7 @@ reason(RTCError error)
 struct RayCaster::Impl {
   explicit Impl(const SurfaceModel& surfaces);
   void
-  addMesh();
+  addMesh() const;
   template <typename Round>
   void
   addRounds(std::vector<Round>& rounds);
@@ -249,7 +249,7 @@ RayCaster::Impl::attach(const GeometryPtr& geometry, unsigned id) const
 }
 
 void
-RayCaster::Impl::addMesh()
+RayCaster::Impl::addMesh() const
 {
   const TriangleMesh& mesh = model.mesh;
   const GeometryPtr geometry = newGeometry(RTC_GEOMETRY_TYPE_TRIANGLE);

@@ -60,7 +60,7 @@ requireMaterial(const SurfaceModel& model, const std::string& element, std::uint
 std::uint32_t
 addVertex(TriangleMesh& mesh, const Eigen::Vector3d& vertex)
 {
-  mesh.vertices.push_back(vertex.cast<float>());
+  mesh.vertices.emplace_back(vertex.cast<float>());
   return static_cast<std::uint32_t>(mesh.vertices.size() - 1);
 }
 
@@ -147,30 +147,31 @@ SurfaceModel::addColumn(const Eigen::Vector3d& base, double radius, double heigh
 void
 SurfaceModel::append(const SurfaceModel& other, const Eigen::Isometry3d& T)
 {
-  if (&other == this) {
-    const SurfaceModel copy = other;
-    append(copy, T);
-    return;
-  }
   std::vector<std::uint16_t> merged;
   merged.reserve(other.materials.size());
   for (const Material& material : other.materials)
     merged.push_back(addMaterial(material.name, material.reflectance));
 
+  // By counts taken before, and copies of elements: a model may be appended to itself.
+  const std::size_t vertex_count = other.mesh.vertices.size();
+  const std::size_t triangle_count = other.mesh.triangles.size();
+  const std::size_t sphere_count = other.spheres.size();
+  const std::size_t tube_count = other.tubes.size();
   const auto offset = static_cast<std::uint32_t>(mesh.vertices.size());
-  mesh.vertices.reserve(mesh.vertices.size() + other.mesh.vertices.size());
-  for (const Eigen::Vector3f& vertex : other.mesh.vertices)
-    addVertex(mesh, T * vertex.cast<double>());
-  for (std::size_t i = 0; i < other.mesh.triangles.size(); ++i) {
-    const auto& t = other.mesh.triangles[i];
+  for (std::size_t i = 0; i < vertex_count; ++i)
+    addVertex(mesh, T * other.mesh.vertices[i].cast<double>());
+  for (std::size_t i = 0; i < triangle_count; ++i) {
+    const std::array<std::uint32_t, 3> t = other.mesh.triangles[i];
     addTriangle(mesh, offset + t[0], offset + t[1], offset + t[2], merged.at(other.mesh.material.at(i)));
   }
-  for (Sphere sphere : other.spheres) {
+  for (std::size_t i = 0; i < sphere_count; ++i) {
+    Sphere sphere = other.spheres[i];
     sphere.centre = T * sphere.centre;
     sphere.material = merged.at(sphere.material);
     spheres.push_back(sphere);
   }
-  for (Tube tube : other.tubes) {
+  for (std::size_t i = 0; i < tube_count; ++i) {
+    Tube tube = other.tubes[i];
     tube.base = T * tube.base;
     tube.axis = (T.linear() * tube.axis).normalized();
     tube.material = merged.at(tube.material);
