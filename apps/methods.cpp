@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
+#include <apps/benchmark/pair_input.h>
 #include <apps/methods.h>
 
 #include <pcl_ssfr/neighbor_index.h>
@@ -9,35 +10,24 @@
 #include <pcl_ssfr/scan_view.h>
 
 #include <pcl/features/normal_3d_omp.h>
-#include <pcl/filters/voxel_grid.h>
-#include <pcl/registration/gicp.h>
-#include <pcl/registration/icp.h>
-#include <pcl/registration/ndt.h>
 #include <pcl/search/kdtree.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <stdexcept>
+#include <thread>
 
 namespace pcl_ssfr {
 namespace apps {
 
 namespace {
 
-using Point = pcl::PointXYZINormal;
-using Cloud = pcl::PointCloud<Point>;
-using Registration = pcl::Registration<Point, Point, float>;
+using Point = MethodPoint;
+using Cloud = MethodCloud;
 
-// Settings of PCL's refiners, the same for all scenes as their users would have them.
-constexpr int kNormalNeighbours = 20;
-constexpr int kMinPoints = 2 * kNormalNeighbours; ///< fewer make GICP and the normals fail
-constexpr int kMaxIterations = 50;
-constexpr double kCorrespondenceDistance = 1;   ///< [m]
-constexpr double kPolishDistance = 0.15;        ///< the same when the start is good already [m]
-constexpr double kTransformationEpsilon = 1e-8; ///< squared translation [m^2]
-constexpr float kNdtResolution = 1;             ///< [m]
-constexpr double kNdtStep = 0.1;                ///< [m]
-constexpr double kOverlapRadius = 0.2;          ///< of the overlap that is reported for methods that measure none [m]
+constexpr std::size_t kMinPoints = 40; ///< fewer make GICP and the normals fail
+constexpr float kUnitTolerance = 0.1F; ///< of the length of a usable normal
 
 double
 secondsSince(std::chrono::steady_clock::time_point start)
@@ -45,25 +35,11 @@ secondsSince(std::chrono::steady_clock::time_point start)
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-ScanView
-viewOf(const io::LoadedCloud& cloud)
-{
-  ScanView view;
-  view.size = cloud.points->size();
-  view.stride = sizeof(Point) / sizeof(float);
-  if (view.size > 0) {
-    view.xyz = cloud.points->front().data;
-    view.normals = cloud.has_normals ? cloud.points->front().data_n : nullptr;
-  }
-  view.viewpoint = cloud.viewpoint.value_or(Eigen::Vector3d::Zero()) - cloud.offset;
-  return view;
-}
-
 /// A pose between offset clouds from a pose between files, and back.
 class Frames {
 public:
-  Frames(const io::LoadedCloud& source, const io::LoadedCloud& target) : source_(source.offset), target_(target.offset)
-  {}
+  /// \param[in] source,target the origins of the clouds, in file coordinates [m]
+  Frames(const Eigen::Vector3d& source, const Eigen::Vector3d& target) : source_(source), target_(target) {}
 
   Eigen::Isometry3d
   toClouds(const Eigen::Isometry3d& T_files) const
@@ -103,49 +79,42 @@ runSsfr(const io::LoadedCloud& source,
         const Options& options,
         const std::optional<Eigen::Isometry3d>& guess)
 {
-  const Frames frames(source, target);
+  const Frames frames(source.offset, target.offset);
   std::optional<Eigen::Isometry3d> cloud_guess;
   if (guess)
     cloud_guess = frames.toClouds(*guess);
   const auto start = std::chrono::steady_clock::now();
-  const PreparedScan prepared_source = prepareScan(viewOf(source), options);
-  const PreparedScan prepared_target = prepareScan(viewOf(target), options);
+  const auto [prepared_source, prepared_target] = prepareScans(viewOf(source), viewOf(target), options);
   const Options rest = afterSpending(options, secondsSince(start));
   return frames.toFiles(registerScans(prepared_source, prepared_target, rest, cloud_guess ? &*cloud_guess : nullptr));
 }
 
-/// The finite points, thinned when the options say to what.
+/// A thinned scan as a cloud about its origin, with unit normals where the file had some.
 Cloud::Ptr
-finitePoints(const io::LoadedCloud& cloud, const Options& options)
+toCloud(const ThinnedCloud& thinned)
 {
-  auto result = pcl::make_shared<Cloud>();
-  for (const Point& point : *cloud.points)
-    if (point.getVector3fMap().allFinite())
-      result->push_back(point);
-  if (options.leaf > 0 && !result->empty()) {
-    pcl::VoxelGrid<Point> grid;
-    const auto leaf = static_cast<float>(options.leaf);
-    grid.setLeafSize(leaf, leaf, leaf);
-    grid.setInputCloud(result);
-    auto thinned = pcl::make_shared<Cloud>();
-    grid.filter(*thinned);
-    return thinned;
+  auto cloud = pcl::make_shared<Cloud>();
+  cloud->resize(static_cast<std::size_t>(thinned.size()));
+  for (Eigen::Index i = 0; i < thinned.size(); ++i) {
+    Point& point = (*cloud)[static_cast<std::size_t>(i)];
+    point.getVector3fMap() = thinned.points.col(i);
+    if (thinned.normals.cols() > 0)
+      point.getNormalVector3fMap() = thinned.normals.col(i).normalized();
   }
-  return result;
+  return cloud;
 }
 
 /// Normals by PCL where the file gave none; points without a normal are dropped.
 Cloud::Ptr
-withNormals(const Cloud::Ptr& cloud, bool has_normals, const Options& options)
+withNormals(const Cloud::Ptr& cloud, bool has_normals, const Eigen::Vector3d& sensor, double radius, unsigned threads)
 {
   if (!has_normals) {
-    pcl::NormalEstimationOMP<Point, Point> estimation(options.threads);
+    pcl::NormalEstimationOMP<Point, Point> estimation(threads);
     estimation.setInputCloud(cloud);
     estimation.setSearchMethod(pcl::make_shared<pcl::search::KdTree<Point>>());
-    if (options.normal_radius > 0)
-      estimation.setRadiusSearch(options.normal_radius);
-    else
-      estimation.setKSearch(kNormalNeighbours);
+    estimation.setRadiusSearch(radius);
+    const Eigen::Vector3f viewpoint = sensor.cast<float>();
+    estimation.setViewPoint(viewpoint.x(), viewpoint.y(), viewpoint.z());
     Cloud normals;
     estimation.compute(normals);
     for (std::size_t i = 0; i < cloud->size(); ++i)
@@ -153,52 +122,9 @@ withNormals(const Cloud::Ptr& cloud, bool has_normals, const Options& options)
   }
   auto result = pcl::make_shared<Cloud>();
   for (const Point& point : *cloud)
-    if (std::abs(point.getNormalVector3fMap().norm() - 1) < 0.1F)
+    if (std::abs(point.getNormalVector3fMap().norm() - 1) < kUnitTolerance)
       result->push_back(point);
   return result;
-}
-
-bool
-needsNormals(const std::string& name)
-{
-  return name == "icp_point_to_plane";
-}
-
-/// A refiner of PCL by its name.
-Registration::Ptr
-makeRefiner(const std::string& name, const Options& options)
-{
-  Registration::Ptr refiner;
-  if (name == "icp_point_to_point") {
-    refiner = pcl::make_shared<pcl::IterativeClosestPoint<Point, Point>>();
-  }
-  else if (name == "icp_point_to_plane") {
-    refiner = pcl::make_shared<pcl::IterativeClosestPointWithNormals<Point, Point>>();
-  }
-  else if (name == "gicp") {
-    refiner = pcl::make_shared<pcl::GeneralizedIterativeClosestPoint<Point, Point>>();
-  }
-  else {
-    auto ndt = pcl::make_shared<pcl::NormalDistributionsTransform<Point, Point>>();
-    ndt->setResolution(kNdtResolution);
-    ndt->setStepSize(kNdtStep);
-    ndt->setTransformationEpsilon(kTransformationEpsilon);
-    ndt->setMaximumIterations(kMaxIterations);
-    return ndt;
-  }
-  refiner->setMaximumIterations(kMaxIterations);
-  refiner->setTransformationEpsilon(kTransformationEpsilon);
-  refiner->setMaxCorrespondenceDistance(options.overlap_radius > 0 ? options.overlap_radius : kCorrespondenceDistance);
-  return refiner;
-}
-
-Points3
-pointsOf(const Cloud& cloud)
-{
-  Points3 points(3, static_cast<Eigen::Index>(cloud.size()));
-  for (std::size_t i = 0; i < cloud.size(); ++i)
-    points.col(static_cast<Eigen::Index>(i)) = cloud[i].getVector3fMap().cast<double>();
-  return points;
 }
 
 /// A pose of float precision made a proper rotation again.
@@ -211,59 +137,84 @@ toIsometry(const Eigen::Matrix4f& matrix)
   return T;
 }
 
-/// One of PCL's refiners from a start in file coordinates.
-Result
-runRefiner(const std::string& name,
-           const io::LoadedCloud& source,
-           const io::LoadedCloud& target,
-           const Options& options,
-           const Eigen::Isometry3d& start)
-{
-  const Frames frames(source, target);
-  Result result;
-  const auto stage = [&result](const char* stage_name, auto clock, std::size_t in, std::size_t out) {
-    result.stages.push_back({stage_name, secondsSince(clock), in, out});
-  };
-  auto clock = std::chrono::steady_clock::now();
-  Cloud::Ptr source_points = finitePoints(source, options);
-  Cloud::Ptr target_points = finitePoints(target, options);
-  const std::size_t given = source.points->size() + target.points->size();
-  stage("thinning", clock, given, source_points->size() + target_points->size());
-  const auto too_few = [&] { return source_points->size() < kMinPoints || target_points->size() < kMinPoints; };
-  if (!too_few() && needsNormals(name)) {
-    clock = std::chrono::steady_clock::now();
-    const std::size_t before = source_points->size() + target_points->size();
-    source_points = withNormals(source_points, source.has_normals, options);
-    target_points = withNormals(target_points, target.has_normals, options);
-    stage("normals", clock, before, source_points->size() + target_points->size());
-  }
-  if (too_few()) {
-    result.status = Status::TooFewPoints;
-    result.message = "too few usable points: " + std::to_string(source_points->size()) + " in the source, " +
-                     std::to_string(target_points->size()) + " in the target, at least " + std::to_string(kMinPoints) +
-                     " are needed";
-    return result;
-  }
-  clock = std::chrono::steady_clock::now();
-  const Registration::Ptr refiner = makeRefiner(name, options);
-  refiner->setInputSource(source_points);
-  refiner->setInputTarget(target_points);
-  Cloud moved;
-  refiner->align(moved, frames.toClouds(start).matrix().cast<float>());
-  stage(name.c_str(), clock, source_points->size(), source_points->size());
+/// The scans of a method of PCL, and where they lie.
+struct PreparedPair {
+  MethodInput input;
+  Eigen::Vector3d source_origin; ///< of the cloud, in the coordinates of LoadedCloud::points [m]
+  Eigen::Vector3d target_origin;
+};
 
-  result.T_target_source = toIsometry(refiner->getFinalTransformation());
+/// Thin both scans by the rule and give them normals where the method needs them.
+PreparedPair
+preparePair(const std::string& name,
+            const io::LoadedCloud& source,
+            const io::LoadedCloud& target,
+            const Options& options,
+            const MethodSettings& settings,
+            bool polish,
+            Result& result)
+{
+  PreparedPair pair;
+  MethodInput& input = pair.input;
+  input.threads = options.threads > 0 ? options.threads : std::max(1U, std::thread::hardware_concurrency());
+  input.seed = settings.seed;
+  input.rule = settings.rule;
+  if (options.leaf > 0)
+    input.rule.leaf = options.leaf;
+  auto clock = std::chrono::steady_clock::now();
+  const ScanView source_view = viewOf(source);
+  const ScanView target_view = viewOf(target);
+  const ThinnedPair thinned = thinPair(source_view, target_view, input.rule, input.threads);
+  input.scales = scalesOf(thinned.source.leaf, input.rule);
+  if (options.normal_radius > 0)
+    input.scales.normal_radius = options.normal_radius;
+  input.correspondence_distance = options.overlap_radius > 0 ? options.overlap_radius
+                                  : polish                   ? input.scales.polish_distance
+                                                             : input.scales.refine_distance;
+  pair.source_origin = thinned.source.origin;
+  pair.target_origin = thinned.target.origin;
+  input.source = toCloud(thinned.source);
+  input.target = toCloud(thinned.target);
+  const auto size = [&input] { return input.source->size() + input.target->size(); };
+  result.stages.push_back({"thinning", secondsSince(clock), source_view.size + target_view.size, size()});
+  if (needsNormals(name) && std::min(input.source->size(), input.target->size()) >= kMinPoints) {
+    clock = std::chrono::steady_clock::now();
+    const std::size_t before = size();
+    const auto add = [&](Cloud::Ptr& cloud, bool has_normals, const Eigen::Vector3d& sensor) {
+      cloud = withNormals(cloud, has_normals, sensor, input.scales.normal_radius, input.threads);
+    };
+    add(input.source, source.has_normals, source_view.viewpoint - pair.source_origin);
+    add(input.target, target.has_normals, target_view.viewpoint - pair.target_origin);
+    result.stages.push_back({"normals", secondsSince(clock), before, size()});
+  }
+  return pair;
+}
+
+Points3
+pointsOf(const Cloud& cloud)
+{
+  Points3 points(3, static_cast<Eigen::Index>(cloud.size()));
+  for (std::size_t i = 0; i < cloud.size(); ++i)
+    points.col(static_cast<Eigen::Index>(i)) = cloud[i].getVector3fMap().cast<double>();
+  return points;
+}
+
+/// What PCL's class found, in the coordinates of its clouds, with the overlap measured for all in the same way.
+void
+judge(MethodRegistration& registration, const MethodInput& input, const Eigen::Isometry3d& start, Result& result)
+{
+  result.T_target_source = toIsometry(registration.getFinalTransformation());
   const bool finite = result.T_target_source.matrix().allFinite();
   if (!finite)
-    result.T_target_source = frames.toClouds(start);
-  result.status = refiner->hasConverged() && finite ? Status::Converged : Status::NoCandidate;
-  result.message = result.accepted() ? "PCL's iteration stopped; that alone does not mean that the pose is right"
-                                     : "PCL's iteration did not converge";
-  const Overlap overlap = computeOverlap(pointsOf(*source_points),
-                                         NeighborIndex(pointsOf(*target_points)),
+    result.T_target_source = start;
+  result.status = registration.hasConverged() && finite ? Status::Converged : Status::NoCandidate;
+  result.message = result.accepted() ? "the method stopped; that alone does not mean that the pose is right"
+                                     : "the method did not converge";
+  const Overlap overlap = computeOverlap(pointsOf(*input.source),
+                                         NeighborIndex(pointsOf(*input.target)),
                                          result.T_target_source,
-                                         options.overlap_radius > 0 ? options.overlap_radius : kOverlapRadius,
-                                         options.threads);
+                                         input.scales.threshold,
+                                         input.threads);
   result.overlap = overlap.ratio;
   result.rmse = overlap.rmse;
   Candidate candidate;
@@ -271,26 +222,71 @@ runRefiner(const std::string& name,
   candidate.score = overlap.ratio;
   candidate.overlap = overlap.ratio;
   result.candidates.push_back(candidate);
+}
+
+/// A method of PCL, from a start in file coordinates where it takes one. \param[out] seconds thinning to alignment [s]
+Result
+runPcl(const Method& method,
+       const io::LoadedCloud& source,
+       const io::LoadedCloud& target,
+       const Options& options,
+       const MethodSettings& settings,
+       const Eigen::Isometry3d* polish_start,
+       const std::optional<Eigen::Isometry3d>& guess,
+       double& seconds)
+{
+  const auto start = std::chrono::steady_clock::now();
+  Result result;
+  PreparedPair pair = preparePair(method.name, source, target, options, settings, polish_start != nullptr, result);
+  MethodInput& input = pair.input;
+  if (std::min(input.source->size(), input.target->size()) < kMinPoints) {
+    result.status = Status::TooFewPoints;
+    result.message = "too few usable points: " + std::to_string(input.source->size()) + " in the source, " +
+                     std::to_string(input.target->size()) + " in the target, at least " + std::to_string(kMinPoints) +
+                     " are needed";
+    seconds = secondsSince(start);
+    return result;
+  }
+  const Frames frames(source.offset + pair.source_origin, target.offset + pair.target_origin);
+  Eigen::Isometry3d cloud_start = Eigen::Isometry3d::Identity(); // a global method starts nowhere
+  if (method.kind == MethodKind::Refiner)
+    cloud_start = frames.toClouds(polish_start ? *polish_start : guess.value_or(Eigen::Isometry3d::Identity()));
+  auto clock = std::chrono::steady_clock::now();
+  const std::size_t points = input.source->size() + input.target->size();
+  const MethodRegistration::Ptr registration = makeRegistration(method.name, input);
+  result.stages.push_back({"features and input", secondsSince(clock), points, points});
+  clock = std::chrono::steady_clock::now();
+  Cloud moved;
+  registration->align(moved, cloud_start.matrix().cast<float>());
+  result.stages.push_back({method.name, secondsSince(clock), points, moved.size()});
+  seconds = secondsSince(start);
+  judge(*registration, input, cloud_start, result);
   return frames.toFiles(result);
 }
 
-/// ssfr first, then PCL's ICP from its answer; the judgement stays that of ssfr.
+/// ssfr first, then a refiner of PCL from its answer; the judgement stays that of ssfr.
 Result
-runSsfrIcp(const io::LoadedCloud& source,
-           const io::LoadedCloud& target,
-           const Options& options,
-           const std::optional<Eigen::Isometry3d>& guess)
+runSsfrRefined(const Method& method,
+               const io::LoadedCloud& source,
+               const io::LoadedCloud& target,
+               const Options& options,
+               const MethodSettings& settings,
+               const std::optional<Eigen::Isometry3d>& guess,
+               double& seconds)
 {
+  const auto start = std::chrono::steady_clock::now();
   Result result = runSsfr(source, target, options, guess);
+  seconds = secondsSince(start);
   if (!result.accepted())
     return result;
-  Options polish = options;
-  if (polish.overlap_radius <= 0)
-    polish.overlap_radius = kPolishDistance;
-  const Result refined = runRefiner("icp_point_to_plane", source, target, polish, result.T_target_source);
+  double refining = 0;
+  const Method& refiner = *findMethod(method.refiner);
+  const Result refined =
+      runPcl(refiner, source, target, options, settings, &result.T_target_source, std::nullopt, refining);
+  seconds += refining;
   result.stages.insert(result.stages.end(), refined.stages.begin(), refined.stages.end());
   if (!refined.accepted()) {
-    result.message += "; PCL's ICP did not converge from there, the pose is that of ssfr";
+    result.message += "; " + method.refiner + " did not converge from there, the pose is that of ssfr";
     return result;
   }
   result.T_target_source = refined.T_target_source;
@@ -302,51 +298,30 @@ runSsfrIcp(const io::LoadedCloud& source,
 
 } // namespace
 
-const std::vector<Method>&
-methods()
-{
-  static const std::vector<Method> kMethods{
-      {"ssfr", "planes, 1-D correlations, visibility scoring, polish; no guess needed"},
-      {"ssfr_paper2017", "the method as published in 2017"},
-      {"ssfr_icp", "ssfr, then PCL's point-to-plane ICP from its answer"},
-      {"icp_point_to_point", "PCL's ICP from the guess or the identity"},
-      {"icp_point_to_plane", "PCL's point-to-plane ICP from the guess or the identity"},
-      {"gicp", "PCL's generalised ICP from the guess or the identity"},
-      {"ndt", "PCL's normal distributions transform from the guess or the identity"}};
-  return kMethods;
-}
-
-const Method*
-findMethod(const std::string& name)
-{
-  for (const Method& method : methods())
-    if (method.name == name)
-      return &method;
-  return nullptr;
-}
-
 MethodRun
 runMethod(const std::string& name,
           const io::LoadedCloud& source,
           const io::LoadedCloud& target,
           const Options& options,
-          const std::optional<Eigen::Isometry3d>& guess)
+          const std::optional<Eigen::Isometry3d>& guess,
+          const MethodSettings& settings)
 {
-  if (!findMethod(name))
+  const Method* method = findMethod(name);
+  if (!method)
     throw std::invalid_argument("unknown method '" + name + "'");
   MethodRun run;
-  const auto start = std::chrono::steady_clock::now();
-  if (name == "ssfr" || name == "ssfr_paper2017") {
+  if (method->kind == MethodKind::Ssfr) {
+    const auto start = std::chrono::steady_clock::now();
     run.result = runSsfr(source, target, options, guess);
+    run.seconds = secondsSince(start);
   }
-  else if (name == "ssfr_icp") {
-    run.result = runSsfrIcp(source, target, options, guess);
+  else if (method->kind == MethodKind::SsfrRefined) {
+    run.result = runSsfrRefined(*method, source, target, options, settings, guess, run.seconds);
   }
   else {
-    run.result = runRefiner(name, source, target, options, guess.value_or(Eigen::Isometry3d::Identity()));
+    run.result = runPcl(*method, source, target, options, settings, nullptr, guess, run.seconds);
     run.judged = false;
   }
-  run.seconds = secondsSince(start);
   return run;
 }
 

@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <apps/benchmark/method_registry.h>
 #include <apps/io/loaded_cloud.h>
 
 #include <pcl_ssfr/options.h>
@@ -17,12 +18,6 @@
 namespace pcl_ssfr {
 namespace apps {
 
-/// A registration method that the programs can run, by the name that the command line and result files use.
-struct Method {
-  std::string name;
-  std::string description; ///< half a line for the help
-};
-
 /// What a method found, in the coordinates of the files.
 struct MethodRun {
   Result result;
@@ -30,25 +25,27 @@ struct MethodRun {
   bool judged = true; ///< false: the method knows no confidence, its "converged" only means that it stopped
 };
 
-/// All methods, in the order of the help.
-const std::vector<Method>&
-methods();
-
-/// The method of this name, null when there is none.
-const Method*
-findMethod(const std::string& name);
+/// How a method is run beyond its options.
+struct MethodSettings {
+  ParameterRule rule;     ///< of every method but ssfr
+  std::uint64_t seed = 1; ///< of the methods that draw lots
+};
 
 /** \brief Run a method on two clouds. The poses of the result map source file coordinates to target file coordinates,
- * computed in double whatever the offsets of the clouds. \param[in] guess in file coordinates; the refiners of PCL
- * start there (or at the identity), ssfr judges it as one more candidate \throw std::invalid_argument for a name that
- * methods() does not list or options that are out of range
+ * computed in double whatever the offsets of the clouds.
+ * \param[in] options of ssfr; leaf, normal_radius, overlap_radius and threads, where they are set, go before the rule
+ * for the other methods too
+ * \param[in] guess in file coordinates; the refiners of PCL start there (or at the identity), ssfr judges it as one
+ * more candidate, the other global methods do not read it
+ * \throw std::invalid_argument for a name that methods() does not list or options that are out of range
  */
 MethodRun
 runMethod(const std::string& name,
           const io::LoadedCloud& source,
           const io::LoadedCloud& target,
           const Options& options,
-          const std::optional<Eigen::Isometry3d>& guess);
+          const std::optional<Eigen::Isometry3d>& guess,
+          const MethodSettings& settings = {});
 
 } // namespace apps
 } // namespace pcl_ssfr

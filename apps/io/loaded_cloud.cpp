@@ -218,6 +218,12 @@ readableFormats()
   return ".pcd .ply .csv .xyz .txt .asc .pts .ptx .3d .bin .las";
 }
 
+bool
+isReadableFormat(const std::string& path)
+{
+  return readerFor(path) != nullptr;
+}
+
 LoadedCloud
 parseCloud(const std::string& path, std::string_view bytes)
 {

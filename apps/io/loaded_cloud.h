@@ -38,6 +38,10 @@ struct LoadedCloud {
 const char*
 readableFormats();
 
+/// True when loadCloud knows the extension of this file, in any case of letters.
+bool
+isReadableFormat(const std::string& path);
+
 /** \brief Read a cloud in the format that the extension of \p path names, in any case of letters.
  * \throw IoError naming the file and what is wrong with it
  */

@@ -10,6 +10,7 @@
 #include <iomanip>
 #include <locale>
 #include <sstream>
+#include <stdexcept>
 
 namespace pcl_ssfr {
 namespace io {
@@ -20,6 +21,25 @@ constexpr double kRigidTolerance = 1e-3; ///< of the entries of R^T R: three dig
 constexpr double kExact = 1e-14;         ///< nearer than this to a rotation nothing is gained by a projection
 
 } // namespace
+
+Eigen::Isometry3d
+toRigidMotion(const Eigen::Matrix4d& matrix)
+{
+  if (!matrix.allFinite())
+    throw std::invalid_argument("is not finite");
+  const Eigen::Matrix3d linear = matrix.topLeftCorner<3, 3>();
+  if (!(linear.transpose() * linear).isIdentity(kRigidTolerance) || linear.determinant() < 0 ||
+      !matrix.row(3).isApprox(Eigen::RowVector4d(0, 0, 0, 1), kRigidTolerance))
+    throw std::invalid_argument("is not a rigid motion (a rotation, a translation, last row 0 0 0 1)");
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.linear() = linear;
+  if (!(linear.transpose() * linear).isIdentity(kExact)) {
+    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(linear, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    T.linear() = svd.matrixU() * svd.matrixV().transpose();
+  }
+  T.translation() = matrix.topRightCorner<3, 1>();
+  return T;
+}
 
 Eigen::Isometry3d
 readTransform(const std::string& path)
@@ -34,21 +54,12 @@ readTransform(const std::string& path)
   }
   if (values.size() != 16)
     throw IoError(path + ": a 4x4 transform needs 16 numbers, found " + std::to_string(values.size()));
-  const Eigen::Matrix<double, 4, 4, Eigen::RowMajor> matrix(values.data());
-  if (!matrix.allFinite())
-    throw IoError(path + ": the transform is not finite");
-  const Eigen::Matrix3d linear = matrix.topLeftCorner<3, 3>();
-  if (!(linear.transpose() * linear).isIdentity(kRigidTolerance) || linear.determinant() < 0 ||
-      !matrix.row(3).isApprox(Eigen::RowVector4d(0, 0, 0, 1), kRigidTolerance))
-    throw IoError(path + ": the transform is not a rigid motion (a rotation, a translation, last row 0 0 0 1)");
-  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-  T.linear() = linear;
-  if (!(linear.transpose() * linear).isIdentity(kExact)) {
-    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(linear, Eigen::ComputeFullU | Eigen::ComputeFullV);
-    T.linear() = svd.matrixU() * svd.matrixV().transpose();
+  try {
+    return toRigidMotion(Eigen::Matrix<double, 4, 4, Eigen::RowMajor>(values.data()));
   }
-  T.translation() = matrix.topRightCorner<3, 1>();
-  return T;
+  catch (const std::invalid_argument& error) {
+    throw IoError(path + ": the transform " + error.what());
+  }
 }
 
 std::string

@@ -12,6 +12,12 @@
 namespace pcl_ssfr {
 namespace io {
 
+/** \brief A matrix as a rigid motion. Rotations written with few digits are made exact.
+ * \throw std::invalid_argument saying why the matrix is none ("is not finite", "is not a rigid motion (...)")
+ */
+Eigen::Isometry3d
+toRigidMotion(const Eigen::Matrix4d& matrix);
+
 /** \brief Read a rigid motion: 4 x 4 numbers as text, row major. Rotations written with few digits are made exact.
  * \throw IoError when it is not 16 numbers, not finite, or not a rigid motion
  */

@@ -1,0 +1,248 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#include <apps/benchmark/benchmark_options.h>
+#include <apps/benchmark/method_registry.h>
+#include <apps/io/text_scanner.h>
+
+#include <boost/program_options.hpp>
+
+#include <cmath>
+#include <sstream>
+
+namespace pcl_ssfr {
+namespace apps {
+
+namespace {
+
+namespace po = boost::program_options;
+
+constexpr unsigned kHelpWidth = 100;
+constexpr unsigned kMaxJobs = 1024;
+
+po::options_description
+describeOptions()
+{
+  const auto text = [](const char* name) { return po::value<std::string>()->value_name(name); };
+  po::options_description run("What is run", kHelpWidth);
+  // clang-format off
+  run.add_options()
+      ("dataset", po::value<std::vector<std::string>>()->value_name("DIR...")->multitoken()->composing(),
+       "dataset folders: pairs.csv with source, target and ground truth T00..T33, scans beside it or in scans/")
+      ("methods", po::value<std::vector<std::string>>()->value_name("A,B,...")->multitoken()->composing(),
+       "methods to compare, or all (default: ssfr)")
+      ("external", text("FILE"),
+       "JSON {\"name\": {\"command\": \"prog {source} {target}\"}}: programs to compare with. They are run without a "
+       "shell; the last JSON line that they print holds T or T_target_source (4x4), and optionally time_s, converged, "
+       "confidence. All of them are run, or those that --methods names")
+      ("every", text("K"), "take every K-th pair of each dataset")
+      ("pairs", text("I,J,..."), "take these rows of each pairs.csv, counted from 0")
+      ("parameters", text("FILE"), "JSON that overrides the rule of parameters, see below");
+  po::options_description input("What is done to the scans first", kHelpWidth);
+  input.add_options()
+      ("perturb", text("KIND"),
+       "none (default), rotation: turn each source at random about its origin, se3: turn and shift it; ground truth "
+       "follows")
+      ("seed", text("S"), "of all random numbers (default: 1)")
+      ("resolution", text("R1,R2,..."), "thin both scans to this spacing [m], one run each; 0: as they are")
+      ("noise", text("S1,S2,..."), "add Gaussian noise of this size to the source [m]")
+      ("overlap", text("F1,F2,..."), "cut the target until only this share of the source has a counterpart, 0 to 1")
+      ("outliers", text("F1,F2,..."), "turn this share of the source into uniform noise, 0 to 1");
+  po::options_description how("How it is run", kHelpWidth);
+  how.add_options()
+      ("out", text("DIR"), "folder for results.csv, settings.json, summary.json, summary.md, report.html")
+      ("resume", "go on with the results in DIR: what is done is not run again")
+      ("jobs", text("N"), "methods run at the same time, each in a process of its own (default: 1)")
+      ("threads", text("N"), "processors of each method (default: 1; 0: all)")
+      ("timeout", text("S"), "seconds after which a method is killed, loading not counted (default: 300)")
+      ("help,h", "print this text")
+      ("version", "print the version");
+  // clang-format on
+  po::options_description all(kHelpWidth);
+  all.add(run).add(input).add(how);
+  return all;
+}
+
+UsageError
+wrong(const std::string& option, const std::string& value, const std::string& what)
+{
+  return UsageError("--" + option + ": " + io::inQuotes(value) + " " + what);
+}
+
+std::vector<std::string>
+splitList(const std::string& text)
+{
+  std::vector<std::string> parts;
+  std::istringstream stream(text);
+  for (std::string part; std::getline(stream, part, ',');)
+    parts.push_back(part);
+  return parts;
+}
+
+/// Options of one value each, by name.
+class Values {
+public:
+  explicit Values(const po::variables_map& map) : map_(map) {}
+
+  std::string
+  text(const char* name, const std::string& fallback = {}) const
+  {
+    if (map_.count(name) == 0)
+      return fallback;
+    const auto value = map_[name].as<std::string>();
+    if (value.empty())
+      throw UsageError(std::string("--") + name + ": the value is empty");
+    return value;
+  }
+  std::uint64_t
+  count(const char* name, std::uint64_t fallback, std::uint64_t low, std::uint64_t high) const
+  {
+    if (map_.count(name) == 0)
+      return fallback;
+    return parsed(name, text(name), low, high);
+  }
+  std::vector<std::size_t>
+  counts(const char* name) const
+  {
+    std::vector<std::size_t> values;
+    for (const std::string& part : splitList(text(name)))
+      values.push_back(parsed(name, part, 0, std::uint64_t{1} << 40));
+    return values;
+  }
+  double
+  number(const char* name, double fallback, double low, double high) const
+  {
+    return map_.count(name) == 0 ? fallback : parsed(name, text(name), low, high);
+  }
+  /// Numbers in [low, high).
+  std::vector<double>
+  numbers(const char* name, double high) const
+  {
+    std::vector<double> values;
+    for (const std::string& part : splitList(text(name)))
+      values.push_back(parsed(name, part, 0.0, high));
+    return values;
+  }
+
+private:
+  static std::uint64_t
+  parsed(const char* name, const std::string& value, std::uint64_t low, std::uint64_t high)
+  {
+    const auto number = io::parseCount(value);
+    if (!number || *number < low || *number > high)
+      throw wrong(name, value, "is not a whole number from " + std::to_string(low) + " to " + std::to_string(high));
+    return *number;
+  }
+  static double
+  parsed(const char* name, const std::string& value, double low, double high)
+  {
+    const auto number = io::parseNumber(value);
+    if (!number || !(*number >= low && *number < high)) {
+      std::ostringstream range;
+      range << "is not a number from " << low << " to below " << high;
+      throw wrong(name, value, range.str());
+    }
+    return *number;
+  }
+
+  const po::variables_map& map_;
+};
+
+po::variables_map
+parseTokens(const std::vector<std::string>& arguments)
+{
+  namespace style = po::command_line_style;
+  constexpr int kStyle = style::unix_style & ~style::allow_guessing; // an abbreviation is an unknown option
+  po::variables_map values;
+  const po::positional_options_description none;
+  try {
+    po::store(po::command_line_parser(arguments).options(describeOptions()).positional(none).style(kStyle).run(),
+              values);
+  }
+  catch (const po::error& error) {
+    throw UsageError(error.what());
+  }
+  return values;
+}
+
+} // namespace
+
+BenchmarkArguments
+parseBenchmarkArguments(const std::vector<std::string>& arguments)
+{
+  const po::variables_map map = parseTokens(arguments);
+  BenchmarkArguments result;
+  result.help = map.count("help") > 0;
+  result.version = !result.help && map.count("version") > 0;
+  if (result.help || result.version)
+    return result;
+  constexpr double kFar = 1e6; // [m] and [s]
+  const Values values(map);
+  if (map.count("dataset") == 0)
+    throw UsageError("--dataset is missing");
+  if (map.count("out") == 0)
+    throw UsageError("--out is missing");
+  result.datasets = map["dataset"].as<std::vector<std::string>>();
+  if (map.count("methods") > 0)
+    for (const std::string& list : map["methods"].as<std::vector<std::string>>())
+      for (const std::string& name : splitList(list))
+        result.methods.push_back(name);
+  result.out = values.text("out");
+  result.external = values.text("external");
+  result.parameters = values.text("parameters");
+  result.resume = map.count("resume") > 0;
+  result.jobs = static_cast<unsigned>(values.count("jobs", 1, 1, kMaxJobs));
+  result.threads = static_cast<unsigned>(values.count("threads", 1, 0, kMaxThreads));
+  result.every = values.count("every", 1, 1, std::uint64_t{1} << 40);
+  if (map.count("pairs") > 0)
+    result.pairs = values.counts("pairs");
+  result.timeout = values.number("timeout", result.timeout, 0.001, kFar);
+  result.seed = values.count("seed", result.seed, 0, std::uint64_t{1} << 53);
+  const std::string perturb = values.text("perturb", "none");
+  try {
+    result.perturbation = parsePerturbation(perturb);
+  }
+  catch (const std::invalid_argument& error) {
+    throw UsageError(std::string("--perturb: ") + error.what());
+  }
+  result.resolutions = values.numbers("resolution", kFar);
+  result.noises = values.numbers("noise", kFar);
+  result.overlaps = values.numbers("overlap", 1);
+  result.outliers = values.numbers("outliers", 1);
+  return result;
+}
+
+std::string
+benchmarkHelp()
+{
+  std::ostringstream text;
+  text << "Usage: ssfr_benchmark --dataset DIR... --methods A,B,...|all --out DIR [options]\n\n"
+          "Runs registration methods on pairs of scans whose true pose is known, each in a process of its own, and "
+          "says\n"
+          "who succeeds, how exactly, how fast, with how much memory, and who is sure of a wrong answer. Every result "
+          "is\n"
+          "in results.csv as soon as it is there; a run that was stopped or killed goes on with --resume.\n\n"
+          "Example:\n"
+          "  ssfr_benchmark --dataset data --methods ssfr,icp_point_to_plane,fpfh_ransac --perturb rotation --out out\n"
+          "On a cluster, with MPI: mpirun -n 64 ssfr_benchmark ...; rank 0 deals out the pairs and writes.\n\n"
+       << describeOptions() << "\nMethods:\n";
+  for (const Method& method : methods())
+    text << "  " << method.name << std::string(20 - method.name.size(), ' ') << method.description << '\n';
+  text << "\nParameters of all methods but ssfr, which needs none, follow from the two scans by one rule: the leaf is "
+          "the\n"
+          "smaller radius of the two times leaf_share, grown until voxels hold min_points_per_voxel points; every "
+          "other\n"
+          "length is a multiple of it. --parameters FILE changes the rule: {\"name\": number, ...,\n"
+          "\"ssfr\": {\"normal_radius\": m, ...}}.\n";
+  const ParameterRule rule;
+  for (const Parameter& parameter : parameterTable())
+    text << "  " << parameter.name << std::string(22 - std::string(parameter.name).size(), ' ') << parameter.meaning
+         << " (" << rule.*(parameter.value) << ")\n";
+  text << "\nExit code: 0 all was run, whatever the methods made of it; 2 the command line is wrong; 3 a file cannot "
+          "be\n"
+          "read or written; 130 or 143 stopped by Ctrl-C or a request to end: the report covers what was run.\n";
+  return text.str();
+}
+
+} // namespace apps
+} // namespace pcl_ssfr

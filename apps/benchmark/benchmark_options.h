@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#pragma once
+
+#include <apps/benchmark/pair_input.h>
+#include <apps/usage_error.h>
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace pcl_ssfr {
+namespace apps {
+
+/// What the user of ssfr_benchmark asked for.
+struct BenchmarkArguments {
+  bool help = false;    ///< print the help and stop; nothing else is set
+  bool version = false; ///< print the version and stop; nothing else is set
+  std::vector<std::string> datasets;
+  std::vector<std::string> methods; ///< as given, "all" included
+  std::string out;
+  std::string external;   ///< file; empty: none
+  std::string parameters; ///< file; empty: none
+  bool resume = false;
+  unsigned jobs = 1;
+  unsigned threads = 1; ///< of each method, 0: all processors
+  std::size_t every = 1;
+  std::vector<std::size_t> pairs; ///< rows of pairs.csv from 0; empty: all
+  double timeout = 300;           ///< [s]
+  Perturbation perturbation = Perturbation::None;
+  std::uint64_t seed = 1;
+  std::vector<double> resolutions; ///< [m], 0: as it is; empty: not varied
+  std::vector<double> noises;      ///< [m]
+  std::vector<double> overlaps;    ///< (0, 1), 0: as it is
+  std::vector<double> outliers;    ///< [0, 1)
+};
+
+/** \brief Parse the command line of ssfr_benchmark, program name left out.
+ * \throw UsageError
+ */
+BenchmarkArguments
+parseBenchmarkArguments(const std::vector<std::string>& arguments);
+
+/// The text of --help.
+std::string
+benchmarkHelp();
+
+} // namespace apps
+} // namespace pcl_ssfr

@@ -1,0 +1,266 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#include <apps/benchmark/benchmark_plan.h>
+#include <apps/benchmark/benchmark_run.h>
+#include <apps/benchmark/mpi_ranks.h>
+#include <apps/benchmark/pair_runner.h>
+#include <apps/benchmark/progress.h>
+#include <apps/benchmark/results_store.h>
+#include <apps/benchmark/summary_files.h>
+
+#include <chrono>
+#include <condition_variable>
+#include <csignal>
+#include <deque>
+#include <exception>
+#include <functional>
+#include <iostream>
+#include <map>
+#include <memory>
+#include <sstream>
+#include <thread>
+
+namespace pcl_ssfr {
+namespace apps {
+
+namespace {
+
+constexpr std::chrono::milliseconds kTick(200); ///< between looks at the clock while nothing happens
+constexpr int kSignalExit = 128;
+constexpr int kFirstRankFailed = 3;
+
+std::atomic<int> stop_signal{0}; // set by the signal handler
+
+void
+onSignal(int signal)
+{
+  stop_signal = signal;
+}
+
+/// One method on one pair, by their indices in the plan.
+struct Task {
+  std::size_t pair;
+  std::size_t method;
+};
+
+/** \brief Runs tasks on some threads and hands the rows to the thread that called, in the order in which they come. */
+class TaskPool {
+public:
+  TaskPool(const BenchmarkPlan& plan, std::vector<Task> tasks) : plan_(plan), tasks_(std::move(tasks))
+  {
+    for (const Task& task : tasks_)
+      ++pending_[task.pair];
+  }
+
+  void
+  run(unsigned jobs, const std::function<void(const ResultRow&)>& on_row, const std::function<void()>& on_idle)
+  {
+    std::vector<std::thread> threads;
+    running_ = std::min<std::size_t>(jobs, tasks_.size());
+    for (std::size_t i = running_; i > 0; --i)
+      threads.emplace_back([this] { work(); });
+    std::exception_ptr failure;
+    try {
+      collect(on_row, on_idle);
+    }
+    catch (...) { // results cannot be written: no more of them
+      failure = std::current_exception();
+      stop_signal = SIGTERM;
+    }
+    for (std::thread& thread : threads)
+      thread.join();
+    if (failure)
+      std::rethrow_exception(failure);
+  }
+
+private:
+  void
+  collect(const std::function<void(const ResultRow&)>& on_row, const std::function<void()>& on_idle)
+  {
+    std::unique_lock<std::mutex> guard(mutex_);
+    while (running_ > 0 || !rows_.empty()) {
+      if (rows_.empty()) {
+        changed_.wait_for(guard, kTick);
+        on_idle();
+        continue;
+      }
+      const ResultRow row = rows_.front();
+      rows_.pop_front();
+      guard.unlock();
+      on_row(row);
+      guard.lock();
+    }
+  }
+
+  void
+  work()
+  {
+    std::unique_lock<std::mutex> guard(mutex_);
+    while (next_ < tasks_.size() && stop_signal.load() == 0) {
+      const Task task = tasks_[next_++];
+      auto& runner = runners_[task.pair];
+      if (!runner)
+        runner = std::make_shared<PairRunner>(plan_, task.pair, stop_signal);
+      const std::shared_ptr<PairRunner> mine = runner;
+      guard.unlock();
+      const std::optional<ResultRow> row = mine->run(task.method);
+      guard.lock();
+      if (--pending_[task.pair] == 0)
+        runners_.erase(task.pair);
+      if (row)
+        rows_.push_back(*row);
+      changed_.notify_one();
+    }
+    --running_;
+    changed_.notify_one();
+  }
+
+  const BenchmarkPlan& plan_;
+  std::vector<Task> tasks_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::size_t next_ = 0;
+  std::size_t running_ = 0;
+  std::map<std::size_t, std::size_t> pending_; ///< tasks of each pair that have not ended
+  std::map<std::size_t, std::shared_ptr<PairRunner>> runners_;
+  std::deque<ResultRow> rows_;
+};
+
+/// What is not in the folder yet, pair by pair.
+std::vector<Task>
+tasksToDo(const BenchmarkPlan& plan, const ResultsStore& store)
+{
+  std::vector<Task> tasks;
+  for (std::size_t pair = 0; pair < plan.pairs.size(); ++pair)
+    for (std::size_t method = 0; method < plan.methods.size(); ++method)
+      if (!store.contains(plan.key(pair, method)))
+        tasks.push_back({pair, method});
+  return tasks;
+}
+
+/// The tasks of each pair as a message "pair method method ...".
+std::vector<std::string>
+messagesOf(const std::vector<Task>& tasks)
+{
+  std::vector<std::string> messages;
+  std::size_t last = 0;
+  for (const Task& task : tasks) {
+    if (messages.empty() || task.pair != last)
+      messages.push_back(std::to_string(task.pair));
+    last = task.pair;
+    messages.back() += ' ' + std::to_string(task.method);
+  }
+  return messages;
+}
+
+std::vector<Task>
+tasksOf(const std::string& message)
+{
+  std::istringstream stream(message);
+  std::vector<Task> tasks;
+  std::size_t pair = 0;
+  stream >> pair;
+  for (std::size_t method = 0; stream >> method;)
+    tasks.push_back({pair, method});
+  return tasks;
+}
+
+/// Write the reports of everything in the folder, and show the tables.
+void
+report(const BenchmarkArguments& arguments, const BenchmarkPlan& plan, const ResultsStore& store)
+{
+  std::vector<std::string> datasets;
+  for (const io::DatasetFolder& dataset : plan.datasets)
+    datasets.push_back(dataset.name);
+  std::vector<std::string> names;
+  for (const Method& method : methods())
+    names.push_back(method.name);
+  BenchmarkResults results = summarize(store.rows(), datasets, names);
+  results.settings = store.settings();
+  const std::size_t missing = tasksToDo(plan, store).size();
+  results.complete = missing == 0;
+  results.planned = results.rows.size() + missing;
+  writeSummaries(arguments.out, results);
+  std::cout << summaryMarkdown(results) << std::flush;
+}
+
+/// The process that writes: alone, or with other ranks that work for it.
+int
+runFirst(const BenchmarkArguments& arguments, const BenchmarkPlan& plan, const MpiRanks* ranks, ResultsStore& store)
+{
+  const std::vector<Task> tasks = tasksToDo(plan, store);
+  Progress progress(tasks.size(), plan.pairs.size() * plan.methods.size() - tasks.size());
+  const auto on_row = [&](const ResultRow& row) {
+    store.append(row);
+    progress.add(row);
+  };
+  const auto on_idle = [&progress] { progress.tick(); };
+  if (ranks)
+    ranks->deal(
+        messagesOf(tasks), [&on_row](const std::string& line) { on_row(rowFromCsv(line)); }, on_idle, stop_signal);
+  else
+    TaskPool(plan, tasks).run(arguments.jobs, on_row, on_idle);
+  progress.finish();
+  report(arguments, plan, store);
+  if (stop_signal != 0)
+    std::cerr << "ssfr_benchmark: stopped; --resume goes on with the results in " << arguments.out << '\n';
+  return stop_signal == 0 ? 0 : kSignalExit + stop_signal;
+}
+
+void
+catchSignals()
+{
+  struct sigaction action {};
+  action.sa_handler = onSignal;
+  action.sa_flags = SA_RESETHAND; // a second Ctrl-C ends it at once
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
+  std::signal(SIGPIPE, SIG_IGN);
+}
+
+/// Rank 0 checks, then all know whether there is work.
+int
+runRanks(const BenchmarkArguments& arguments)
+{
+  const MpiRanks ranks;
+  if (ranks.rank() == 0) {
+    std::optional<BenchmarkPlan> plan;
+    std::unique_ptr<ResultsStore> store;
+    try {
+      plan = makePlan(arguments);
+      store = std::make_unique<ResultsStore>(arguments.out, plan->settings, arguments.resume);
+    }
+    catch (...) {
+      ranks.fromFirst(kFirstRankFailed);
+      throw;
+    }
+    ranks.fromFirst(0);
+    return runFirst(arguments, *plan, &ranks, *store);
+  }
+  if (ranks.fromFirst(0) != 0)
+    return 0; // rank 0 says why
+  const BenchmarkPlan plan = makePlan(arguments);
+  ranks.work([&](const std::string& task, const MpiRanks::Send& send) {
+    TaskPool(plan, tasksOf(task))
+        .run(
+            arguments.jobs, [&send](const ResultRow& row) { send(toCsvLine(row)); }, [] {});
+  });
+  return 0;
+}
+
+} // namespace
+
+int
+runBenchmark(const BenchmarkArguments& arguments)
+{
+  catchSignals();
+  if (MpiRanks::areLaunched())
+    return runRanks(arguments);
+  const BenchmarkPlan plan = makePlan(arguments);
+  ResultsStore store(arguments.out, plan.settings, arguments.resume);
+  return runFirst(arguments, plan, nullptr, store);
+}
+
+} // namespace apps
+} // namespace pcl_ssfr

@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#include <apps/benchmark/pair_runner.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <stdexcept>
+
+namespace pcl_ssfr {
+namespace apps {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+bool
+isPcd(const std::string& path)
+{
+  return fs::path(path).extension() == ".pcd";
+}
+
+bool
+isVaried(const Variation& variation)
+{
+  return variation.resolution_m > 0 || variation.noise_m > 0 || variation.outliers > 0 || variation.overlap > 0 ||
+         variation.perturbation != Perturbation::None;
+}
+
+std::string
+makeTemporaryFolder()
+{
+  std::string pattern = (fs::temp_directory_path() / "ssfr_benchmark_XXXXXX").string();
+  if (!mkdtemp(pattern.data()))
+    throw std::runtime_error(pattern + ": cannot be created");
+  return pattern;
+}
+
+} // namespace
+
+PairRunner::PairRunner(const BenchmarkPlan& plan, std::size_t pair, const std::atomic<int>& stop)
+    : plan_(plan), pair_(plan.pairs[pair]), stop_(stop)
+{}
+
+PairRunner::~PairRunner()
+{
+  std::error_code ignored;
+  if (!folder_.empty())
+    fs::remove_all(folder_, ignored);
+}
+
+const PairTruth&
+PairRunner::truth()
+{
+  const std::lock_guard<std::mutex> guard(mutex_);
+  if (!truth_ && truth_error_.empty()) {
+    try {
+      truth_ = askTruth(pair_.request, stop_);
+    }
+    catch (const std::exception& error) {
+      truth_error_ = error.what();
+    }
+  }
+  if (!truth_)
+    throw std::runtime_error(truth_error_);
+  return *truth_;
+}
+
+const PairRunner::Files&
+PairRunner::files()
+{
+  const std::lock_guard<std::mutex> guard(mutex_);
+  if (!files_) {
+    const PairRequest& request = pair_.request;
+    Files files{request.source, request.target};
+    if (isVaried(request.variation) || !isPcd(files.source) || !isPcd(files.target)) {
+      if (folder_.empty())
+        folder_ = makeTemporaryFolder();
+      files = {folder_ + "/source.pcd", folder_ + "/target.pcd"};
+      askExport(request, files.source, files.target, stop_);
+    }
+    files_ = files;
+  }
+  return *files_;
+}
+
+MethodAnswer
+PairRunner::ask(const BenchmarkMethod& method)
+{
+  if (method.words.empty())
+    return askMethod(method.name, pair_.request, plan_.run, stop_);
+  const Files& paths = files();
+  return askExternal(method, paths.source, paths.target, pair_.request.seed, plan_.run, stop_);
+}
+
+std::optional<ResultRow>
+PairRunner::run(std::size_t method)
+{
+  const BenchmarkMethod& chosen = plan_.methods[method];
+  MethodAnswer answer;
+  const PairTruth* known = nullptr;
+  try {
+    known = &truth();
+    answer = ask(chosen);
+  }
+  catch (const std::exception& error) {
+    answer.status = "failed";
+    answer.message = error.what();
+  }
+  if (answer.stopped || stop_.load() != 0)
+    return std::nullopt;
+  ResultRow row = judgeAnswer(plan_, pair_, answer, known);
+  row.method = chosen.name;
+  return row;
+}
+
+ResultRow
+judgeAnswer(const BenchmarkPlan& plan, const PlannedPair& pair, const MethodAnswer& answer, const PairTruth* truth)
+{
+  const io::DatasetFolder& dataset = plan.datasets[pair.dataset];
+  const io::ScanPair& scans = dataset.pairs[pair.pair];
+  ResultRow row;
+  row.dataset = dataset.name;
+  row.source = scans.source;
+  row.target = scans.target;
+  row.pair = pair.pair;
+  row.variation = pair.request.variation;
+  row.seed = pair.request.seed;
+  row.status = answer.status;
+  row.message = answer.message;
+  row.converged = answer.converged;
+  row.confidence = answer.confidence.value_or(ResultRow::kUnknown);
+  row.found_overlap = answer.overlap.value_or(ResultRow::kUnknown);
+  row.time_s = answer.seconds;
+  row.cpu_s = answer.cpu_seconds;
+  row.peak_rss_mib = answer.peak_rss_mib;
+  row.T_target_source = answer.T_target_source;
+  if (!truth)
+    return row;
+  row.truth = truth->T_target_source;
+  row.gt_rmse_m = truth->gt_rmse;
+  row.overlap = truth->overlap;
+  row.source_points = static_cast<double>(truth->source_points);
+  row.target_points = static_cast<double>(truth->target_points);
+  if (!answer.T_target_source)
+    return row;
+  const PoseError error = poseError(*answer.T_target_source, truth->T_target_source, truth->reference);
+  row.rotation_error_deg = error.rotation_deg;
+  row.translation_error_m = error.translation_m;
+  row.rmse_m = truth->rmse(*answer.T_target_source);
+  row.success = isWithin(error, {dataset.success_rotation_deg, dataset.success_translation_m});
+  return row;
+}
+
+} // namespace apps
+} // namespace pcl_ssfr

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#include <apps/benchmark/progress.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <string>
+#include <unistd.h>
+
+namespace pcl_ssfr {
+namespace apps {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr double kRefresh = 1; ///< of the line on a terminal [s]
+
+std::string
+duration(double seconds)
+{
+  const auto whole = static_cast<long long>(std::ceil(seconds));
+  char text[40];
+  if (whole >= 3600)
+    std::snprintf(text, sizeof(text), "%lld h %02lld min", whole / 3600, whole / 60 % 60);
+  else if (whole >= 60)
+    std::snprintf(text, sizeof(text), "%lld min %02lld s", whole / 60, whole % 60);
+  else
+    std::snprintf(text, sizeof(text), "%lld s", whole);
+  return text;
+}
+
+double
+since(Clock::time_point start)
+{
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+} // namespace
+
+Progress::Progress(std::size_t total, std::size_t kept)
+    : terminal_(isatty(STDERR_FILENO) == 1), total_(total), start_(Clock::now()), shown_(start_)
+{
+  std::fprintf(stderr, "%zu to run%s\n", total, kept > 0 ? (", " + std::to_string(kept) + " done before").c_str() : "");
+}
+
+void
+Progress::add(const ResultRow& row)
+{
+  ++done_;
+  if (terminal_)
+    return show();
+  char error[80] = "no pose";
+  if (row.T_target_source)
+    std::snprintf(error, sizeof(error), "%.3f deg, %.3f m", row.rotation_error_deg, row.translation_error_m);
+  std::fprintf(stderr,
+               "%zu/%zu %s %s->%s%s%s %s: %s, %s, %s, %.2f s; %s left\n",
+               done_,
+               total_,
+               row.dataset.c_str(),
+               row.source.c_str(),
+               row.target.c_str(),
+               describeVariation(row.variation) == "as it is" ? "" : " ",
+               describeVariation(row.variation) == "as it is" ? ""
+                                                              : ("(" + describeVariation(row.variation) + ")").c_str(),
+               row.method.c_str(),
+               row.success ? "right" : "wrong",
+               row.status.c_str(),
+               error,
+               row.time_s,
+               duration(since(start_) / static_cast<double>(done_) * static_cast<double>(total_ - done_)).c_str());
+}
+
+void
+Progress::tick()
+{
+  if (terminal_ && since(shown_) > kRefresh)
+    show();
+}
+
+void
+Progress::show()
+{
+  shown_ = Clock::now();
+  const double seconds = since(start_);
+  const double rate = static_cast<double>(done_) / std::max(seconds, 1e-9);
+  std::fprintf(stderr,
+               "\r%zu/%zu (%.0f %%), %.2f a second, %s left\033[K",
+               done_,
+               total_,
+               100 * static_cast<double>(done_) / static_cast<double>(std::max<std::size_t>(total_, 1)),
+               rate,
+               done_ == 0 ? "?" : duration(static_cast<double>(total_ - done_) / rate).c_str());
+  std::fflush(stderr);
+}
+
+void
+Progress::finish()
+{
+  if (terminal_)
+    std::fprintf(stderr, "\n");
+}
+
+} // namespace apps
+} // namespace pcl_ssfr

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace pcl_ssfr {
+namespace io {
+
+/** \brief The fields of one line of a CSV file. A field in double quotes may hold commas, and a doubled quote means
+ * one; blanks around a field and a CR at the end of the line are dropped.
+ */
+std::vector<std::string>
+splitCsvLine(std::string_view line);
+
+/// \p text as one field: quoted when it must be, with every line end and other control character as a blank.
+std::string
+csvField(std::string_view text);
+
+} // namespace io
+} // namespace pcl_ssfr
