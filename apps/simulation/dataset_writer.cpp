@@ -4,9 +4,9 @@
 #include <apps/io/io_error.h>
 #include <apps/simulation/dataset_writer.h>
 
+#include <csignal>
 #include <fcntl.h>
 #include <pthread.h>
-#include <signal.h>
 #include <sys/stat.h>
 #include <unistd.h>
 

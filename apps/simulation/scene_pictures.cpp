@@ -336,8 +336,9 @@ drawScans(cairo_t* context, const Frame& frame, const Camera& camera, const std:
   cairo_rectangle(context, frame.left, frame.top, frame.width, frame.height);
   cairo_clip(context);
   std::vector<Eigen::Vector2d> dots;
+  dots.reserve(poses.size());
   for (const Eigen::Isometry3d& pose : poses)
-    dots.push_back(camera.pixelOf(pose.translation()) + Eigen::Vector2d(frame.left, frame.top));
+    dots.emplace_back(camera.pixelOf(pose.translation()) + Eigen::Vector2d(frame.left, frame.top));
   for (const Eigen::Vector2d& dot : dots)
     cairo_line_to(context, dot.x(), dot.y());
   apps::setColour(context, kScanColour, 0.6);
