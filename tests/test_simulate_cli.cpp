@@ -154,6 +154,7 @@ TEST(SimulateOptions, errorsNameOptionAndValue)
                 AllOf(StartsWith(c.option), HasSubstr(std::string("'") + c.value + "'")));
   EXPECT_THAT(error_with({"--step="}), HasSubstr("--step"));
   EXPECT_THAT(error_with({"--step", "1", "--overlap", "0.5"}), HasSubstr("contradicts"));
+  EXPECT_THAT(error_with({"--start", "1", "--overlap", "0.5"}), HasSubstr("contradicts"));
   EXPECT_THAT(error_with({"--reduced"}), HasSubstr("--paper-set"));
   EXPECT_THAT(error_with({"--sensor", "lidar"}), AllOf(HasSubstr("'lidar'"), HasSubstr("leica_p20")));
   EXPECT_THAT(error_with({"--frobnicate"}), HasSubstr("--frobnicate"));

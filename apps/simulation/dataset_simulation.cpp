@@ -99,7 +99,7 @@ placeScans(const DatasetPlan& plan, const Scene& scene, const SensorModel& senso
     return poses;
   // The scans before the first one are walked through as well, so that parts of one walk fit together.
   TrajectoryOptions options = plan.trajectory;
-  options.scans = std::max(2, plan.start + plan.trajectory.scans);
+  options.scans = plan.start + plan.trajectory.scans;
   options.seed = plan.seed;
   options.random_rotation = false;
   poses = makeTrajectory(scene, surfaces, sensor, options);
@@ -133,11 +133,18 @@ class Stage {
 public:
   Stage(const Scene& scene, const DatasetPlan& plan) : scene_(scene), plan_(plan) {}
 
+  /// For a scan from \p T_world_sensor with the motion of \p plan during \p scan_time: nobody stands in its way.
   const RayCaster&
-  at(std::size_t number)
+  at(std::size_t number, const Eigen::Isometry3d& T_world_sensor, double scan_time)
   {
-    if (!caster_ || anythingMoves(plan_))
-      caster_.emplace(surfacesAt(scene_, plan_.movables, plan_.seed, number));
+    if (caster_ && !anythingMoves(plan_))
+      return *caster_;
+    const Eigen::Vector3d way = plan_.velocity * scan_time * Eigen::Vector3d::UnitX();
+    caster_.emplace(surfacesAt(scene_,
+                               plan_.movables,
+                               plan_.seed,
+                               number,
+                               {T_world_sensor.translation(), T_world_sensor * (way / 2), T_world_sensor * way}));
     return *caster_;
   }
 
@@ -165,8 +172,8 @@ withPoints(const DatasetPlan& plan,
   for (std::size_t i = 0; i < counted; ++i) {
     const std::size_t scan = i * poses.size() / counted;
     const std::size_t number = scan + static_cast<std::size_t>(plan.start);
-    const SimulatedScan result =
-        simulateScan(stage.at(number), thinned, poses[scan], scanOptions(plan, number, threads));
+    const SimulatedScan result = simulateScan(
+        stage.at(number, poses[scan], thinned.scan_time), thinned, poses[scan], scanOptions(plan, number, threads));
     returns += result.points.size();
     fired += result.beams;
   }
@@ -339,7 +346,8 @@ simulateDataset(const PreparedPlan& prepared, DatasetWriter& writer, Progress& p
     const std::size_t number = i + static_cast<std::size_t>(plan.start);
     ScanOptions options = scanOptions(plan, number, threads);
     options.progress = [&](double share) { progress.update(i, summary.scans, share); };
-    SimulatedScan scan = simulateScan(stage.at(number), prepared.sensor, T_world_scan[i], options);
+    SimulatedScan scan = simulateScan(
+        stage.at(number, T_world_scan[i], prepared.sensor.scan_time), prepared.sensor, T_world_scan[i], options);
     if (plan.random_rotation) {
       const Eigen::Matrix3d R = RandomStream(plan.seed, kFrameStream, number).rotation();
       turnInto(R, scan.points);

@@ -424,7 +424,11 @@ drawPlan(const std::string& folder, const PreparedPlan& prepared, unsigned threa
   const auto first = static_cast<std::size_t>(prepared.plan.start);
   drawScene(file.string(),
             prepared.scene,
-            surfacesAt(prepared.scene, prepared.plan.movables, prepared.plan.seed, first),
+            surfacesAt(prepared.scene,
+                       prepared.plan.movables,
+                       prepared.plan.seed,
+                       first,
+                       {prepared.T_world_sensor.front().translation()}),
             prepared.T_world_sensor,
             threads);
 }

@@ -286,6 +286,8 @@ choosePlan(const Values& values)
   values.number("overlap", plan.trajectory.overlap);
   if (values.has("step") && values.has("overlap"))
     throw UsageError("--step contradicts --overlap, which decides it");
+  if (plan.start > 0 && values.has("overlap"))
+    throw UsageError("--start contradicts --overlap: the step depends on all scans of the walk, give --step");
   values.number("turn", plan.trajectory.turn, kDegreesPerRadian);
   values.number("tilt", plan.trajectory.tilt, kDegreesPerRadian);
   values.number("velocity", plan.velocity);
