@@ -55,7 +55,10 @@ sceneNames();
 Scene
 makeScene(const std::string& name, std::uint64_t seed);
 /** \brief A scene from a mesh file of the user: its path leads through the middle of its floor.
- * \throw SimulationError as loadMesh does
+ *
+ * The floor is the height at which most level area lies in the lower part of the mesh; the path is the longest free
+ * level line near the middle, with room on both sides from knee to head. No door, person or furniture moves in it.
+ * \throw SimulationError as loadMesh does; also naming the file when there is no free place inside
  */
 Scene
 makeMeshScene(const std::string& path);
@@ -67,8 +70,17 @@ struct MovableOptions {
   double moved_furniture =
       0; ///< share of loose things (chairs, boxes, parked cars) that stand elsewhere in every scan, [0, 1]
 };
-/// The surfaces of scan number \p scan: what does not move, the doors, the people.
+/** \brief The surfaces of scan number \p scan: what does not move, the doors, the people.
+ *
+ * Nothing that moves comes nearer than 0.5 m to one of the \p sensors (points of the scan's path, any height), as
+ * nobody stands on a scanner's tripod; things that do not find such a place stay where they are, and doors wide open.
+ * \throw SimulationError naming the setting; also when the scene has no room for so many people
+ */
 SurfaceModel
-surfacesAt(const Scene& scene, const MovableOptions& options, std::uint64_t seed, std::size_t scan);
+surfacesAt(const Scene& scene,
+           const MovableOptions& options,
+           std::uint64_t seed,
+           std::size_t scan,
+           const std::vector<Eigen::Vector3d>& sensors = {});
 
 } // namespace pcl_ssfr::simulation

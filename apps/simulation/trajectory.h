@@ -26,6 +26,9 @@ struct TrajectoryOptions {
 };
 
 /** \brief Poses of the sensor (world from sensor) along the path of the scene, back and forth when it is too short.
+ *
+ * Scan k is k steps along the path, mount_height above it, and looks where the path leads (on the way back too). With a
+ * wanted overlap the step is searched for which visibleOverlap() of consecutive scans has that mean, within 0.05.
  * \throw SimulationError naming the setting; also when the overlap cannot be reached on this path
  */
 std::vector<Eigen::Isometry3d>
