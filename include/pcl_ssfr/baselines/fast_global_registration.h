@@ -74,7 +74,7 @@ public:
   using Ptr = pcl::shared_ptr<Self>;
   using ConstPtr = pcl::shared_ptr<const Self>;
 
-  FastGlobalRegistration() : Base("FastGlobalRegistration") {}
+  FastGlobalRegistration();
   ~FastGlobalRegistration() override = default;
 
   /// Edge of the voxels that both scans are thinned to [m]; 0 (default): from the scans.

@@ -9,6 +9,10 @@
 namespace pcl_ssfr::baselines {
 
 template <typename PointSource, typename PointTarget, typename Scalar>
+FastGlobalRegistration<PointSource, PointTarget, Scalar>::FastGlobalRegistration() : Base("FastGlobalRegistration")
+{}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
 FastGlobalOptions
 FastGlobalRegistration<PointSource, PointTarget, Scalar>::getOptions() const
 {

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#pragma once
+
+#include <pcl_ssfr/neighbor_index.h>
+#include <pcl_ssfr/types.h>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include <vector>
+
+namespace pcl_ssfr::baselines {
+
+/** \brief Counts the source points that a pose brings nearer than a radius to the target (LCP), and stops as soon as a
+ * pose cannot win any more.
+ *
+ * A grid of the target's surroundings bounds the count from above at no cost; the exact count comes from a KD-tree.
+ */
+class LcpVerifier {
+public:
+  /// \p source in an order that has nothing to do with position, \p target, finite, 3 x N [m]; \p radius > 0 [m].
+  LcpVerifier(const Points3& source, const Points3& target, double radius);
+
+  /// The exact count when it is greater than \p floor, otherwise 0.
+  Eigen::Index
+  count(const Eigen::Isometry3d& T_target_source, Eigen::Index floor) const;
+
+  Eigen::Index
+  size() const
+  {
+    return source_.cols();
+  }
+
+private:
+  bool
+  mayBeNear(const Eigen::Vector3d& point) const;
+
+  Points3 source_;
+  NeighborIndex target_;
+  double radius_ = 0;
+  Eigen::Vector3d origin_ = Eigen::Vector3d::Zero(); ///< corner of the grid [m]
+  double edge_ = 1;                                  ///< of a cell, >= radius [m]
+  Eigen::Vector3i size_ = Eigen::Vector3i::Zero();
+  std::vector<bool> near_; ///< cell holds or touches a cell that holds a target point
+};
+
+} // namespace pcl_ssfr::baselines

@@ -1,0 +1,228 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#include <pcl_ssfr/baselines/super4pcs.h>
+
+#include "baseline_scan.h"
+#include "congruent_sets.h"
+#include "lcp_verifier.h"
+#include "option_checks.h"
+
+#include <pcl_ssfr/thinning.h>
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <random>
+#include <string>
+#include <vector>
+
+namespace pcl_ssfr::baselines {
+
+namespace {
+
+constexpr double kThresholdPerLeaf = 1.5;
+constexpr double kMinLcpPerOverlap = 0.75;
+constexpr double kFailureProbability = 0.01; ///< that no base lies in the overlap
+constexpr double kBaseHasQuad = 0.5;         ///< a base in the overlap has its points in the sample this often, about
+constexpr int kMaxBases = 1000;              ///< however small the overlap is
+constexpr double kMaxAngleTolerance = 0.2;   ///< between the segments of a quad [rad]
+constexpr std::size_t kVerifiedAtOnce = 512; ///< quads that compete with the same best pose
+constexpr Eigen::Index kMinPoints = 4;
+
+void
+validate(const Super4PcsOptions& options)
+{
+  const auto length = [](double value, const char* name) {
+    checkOption(std::isfinite(value) && value >= 0, name, value, "be finite and >= 0 [m]");
+  };
+  const auto share = [](double value, const char* name) {
+    checkOption(value > 0 && value <= 1, name, value, "be in (0, 1]");
+  };
+  length(options.leaf, "leaf");
+  length(options.distance_threshold, "distance_threshold");
+  share(options.overlap, "overlap");
+  share(options.target_lcp, "target_lcp");
+  checkOption(options.min_lcp >= 0 && options.min_lcp <= 1, "min_lcp", options.min_lcp, "be in [0, 1]");
+  checkOption(options.sample_size >= kMinPoints, "sample_size", static_cast<double>(options.sample_size), "be >= 4");
+  checkOption(options.max_quads > 0, "max_quads", static_cast<double>(options.max_quads), "be > 0");
+  checkOption(options.max_bases >= 0, "max_bases", options.max_bases, "be >= 0");
+  checkOption(options.time_limit >= 0, "time_limit", options.time_limit, "be >= 0 [s]");
+  checkOption(options.threads > 0, "threads", options.threads, "be > 0");
+}
+
+/// Bases after which one of them lay in the overlap, and its quad in the sample, almost surely.
+int
+basesFor(double overlap)
+{
+  const double hit = kBaseHasQuad * std::pow(overlap, 4);
+  const double bases = std::log(kFailureProbability) / std::log(1 - hit);
+  return static_cast<int>(std::ceil(std::min<double>(bases, kMaxBases)));
+}
+
+/// \p count columns in random order; all of them when there are no more.
+Points3
+randomSample(const Points3& points, std::size_t count, std::mt19937_64& engine)
+{
+  std::vector<Eigen::Index> columns(static_cast<std::size_t>(points.cols()));
+  for (std::size_t i = 0; i < columns.size(); ++i)
+    columns[i] = static_cast<Eigen::Index>(i);
+  const std::size_t kept = std::min(count, columns.size());
+  Points3 sample(3, static_cast<Eigen::Index>(kept));
+  for (std::size_t i = 0; i < kept; ++i) {
+    const std::size_t other = i + static_cast<std::size_t>(engine() % (columns.size() - i));
+    std::swap(columns[i], columns[other]);
+    sample.col(static_cast<Eigen::Index>(i)) = points.col(columns[i]);
+  }
+  return sample;
+}
+
+/// Twice the 90th percentile of the distance to the median point.
+double
+robustDiameter(const Points3& points)
+{
+  const Eigen::Matrix3Xf floats = points.cast<float>();
+  ScanView view;
+  view.xyz = floats.data();
+  view.size = static_cast<std::size_t>(floats.cols());
+  return 2 * measureExtent(view).radius;
+}
+
+struct Candidate {
+  Eigen::Isometry3d T_target_source = Eigen::Isometry3d::Identity();
+  Eigen::Index inliers = 0;
+};
+
+/// The least-squares pose of a quad on the base.
+Eigen::Isometry3d
+quadPose(const Points3& source, const Quad& quad, const Eigen::Matrix<double, 3, 4>& base_points)
+{
+  Eigen::Matrix<double, 3, 4> quad_points;
+  for (int k = 0; k < 4; ++k)
+    quad_points.col(k) = source.col(quad[static_cast<std::size_t>(k)]);
+  return Eigen::Isometry3d(Eigen::umeyama(quad_points, base_points, false));
+}
+
+/// Verify the quads of one base and keep the best pose; which one it is does not depend on the threads.
+void
+verifyQuads(const Points3& source,
+            const std::vector<Quad>& quads,
+            const Eigen::Matrix<double, 3, 4>& base_points,
+            const LcpVerifier& verifier,
+            const Super4PcsOptions& options,
+            Candidate& best)
+{
+  const double share = static_cast<double>(quads.size()) / static_cast<double>(options.max_quads);
+  const std::size_t count = std::min(quads.size(), options.max_quads);
+  const double squared_fit = 4 * options.distance_threshold * options.distance_threshold; // of all four points
+  [[maybe_unused]] const int workers = static_cast<int>(options.threads);
+  for (std::size_t begin = 0; begin < count; begin += kVerifiedAtOnce) {
+    std::vector<Candidate> slots(std::min(kVerifiedAtOnce, count - begin));
+    const Eigen::Index floor = best.inliers;
+    const auto slot_count = static_cast<std::ptrdiff_t>(slots.size());
+#pragma omp parallel for num_threads(workers) schedule(dynamic, 8) if (workers > 1)
+    for (std::ptrdiff_t i = 0; i < slot_count; ++i) {
+      const std::size_t place = begin + static_cast<std::size_t>(i);
+      const std::size_t number =
+          quads.size() > count ? static_cast<std::size_t>(share * static_cast<double>(place)) : place;
+      const Quad& quad = quads[number];
+      const Eigen::Isometry3d T = quadPose(source, quad, base_points);
+      double squared_sum = 0;
+      for (int k = 0; k < 4; ++k)
+        squared_sum += (T * source.col(quad[static_cast<std::size_t>(k)]) - base_points.col(k)).squaredNorm();
+      if (squared_sum <= squared_fit) {
+        slots[static_cast<std::size_t>(i)].T_target_source = T;
+        slots[static_cast<std::size_t>(i)].inliers = verifier.count(T, floor);
+      }
+    }
+    for (const Candidate& slot : slots) {
+      if (slot.inliers > best.inliers)
+        best = slot;
+    }
+  }
+}
+
+} // namespace
+
+BaselineResult
+registerSuper4Pcs(const ScanView& source,
+                  const ScanView& target,
+                  const Super4PcsOptions& given,
+                  const std::optional<Eigen::Isometry3d>& guess)
+{
+  const auto start = std::chrono::steady_clock::now();
+  validate(given);
+  Super4PcsOptions options = given;
+  BaselineResult result;
+  if (!(options.leaf > 0))
+    options.leaf = deriveLeaf(source, target, options.threads);
+  if (!(options.leaf > 0)) {
+    result.message = "a scan is empty or has no extent";
+    return result;
+  }
+  if (!(options.distance_threshold > 0))
+    options.distance_threshold = kThresholdPerLeaf * options.leaf;
+  const double delta = options.distance_threshold;
+  result.leaf = options.leaf;
+  result.inlier_distance = delta;
+
+  const BaselineScan source_scan = thinBaselineScan(source, options.leaf, options.threads);
+  const BaselineScan target_scan = thinBaselineScan(target, options.leaf, options.threads);
+  result.source_points = static_cast<std::size_t>(source_scan.points.cols());
+  result.target_points = static_cast<std::size_t>(target_scan.points.cols());
+  if (std::min(source_scan.points.cols(), target_scan.points.cols()) < kMinPoints) {
+    result.message = "too few points: " + std::to_string(result.source_points) + " in the source, " +
+                     std::to_string(result.target_points) + " in the target";
+    return result;
+  }
+
+  std::mt19937_64 engine(options.seed);
+  const Points3 sample = randomSample(source_scan.points, options.sample_size, engine);
+  const PairExtractor extractor(sample);
+  const LcpVerifier verifier(sample, target_scan.points, delta);
+  const double max_diameter = options.overlap * robustDiameter(target_scan.points);
+  const int max_bases = options.max_bases > 0 ? options.max_bases : basesFor(options.overlap);
+  const auto wanted = static_cast<Eigen::Index>(std::ceil(options.target_lcp * static_cast<double>(verifier.size())));
+  const auto is_late = [&] {
+    const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
+    return options.time_limit > 0 && spent.count() >= options.time_limit;
+  };
+
+  Candidate best;
+  if (guess) {
+    best.T_target_source = centred(*guess, source_scan, target_scan);
+    best.inliers = verifier.count(best.T_target_source, 0);
+  }
+  int bases = 0;
+  for (; result.iterations < max_bases && best.inliers < wanted && !is_late(); ++result.iterations) {
+    const std::optional<CoplanarBase> base = selectBase(target_scan.points, max_diameter, delta, engine);
+    if (!base)
+      continue;
+    ++bases;
+    // Both ends of a pair are off by up to delta, mostly in different directions.
+    const std::vector<PointPair> first_pairs = extractor.extract(base->first_length, delta, options.threads);
+    const std::vector<PointPair> second_pairs = extractor.extract(base->second_length, delta, options.threads);
+    QuadTolerance tolerance;
+    tolerance.distance = delta;
+    tolerance.angle = std::min(2 * delta / base->first_length + 2 * delta / base->second_length, kMaxAngleTolerance);
+    const std::vector<Quad> quads =
+        findCongruentQuads(sample, first_pairs, second_pairs, *base, tolerance, options.threads);
+    Eigen::Matrix<double, 3, 4> base_points;
+    for (int k = 0; k < 4; ++k)
+      base_points.col(k) = target_scan.points.col(base->points[static_cast<std::size_t>(k)]);
+    verifyQuads(sample, quads, base_points, verifier, options, best);
+  }
+
+  result.T_target_source = uncentred(best.T_target_source, source_scan, target_scan);
+  result.overlap = static_cast<double>(best.inliers) / static_cast<double>(verifier.size());
+  const double least = options.min_lcp > 0 ? options.min_lcp : kMinLcpPerOverlap * options.overlap;
+  result.converged = best.inliers > 0 && result.overlap >= least;
+  result.message = (result.converged ? "LCP " : "the best LCP is ") + shortNumber(result.overlap) +
+                   (result.converged ? "" : ", " + shortNumber(least) + " needed") + ", " + std::to_string(bases) +
+                   " bases" + (is_late() ? ", stopped by the time limit" : "");
+  return result;
+}
+
+} // namespace pcl_ssfr::baselines
