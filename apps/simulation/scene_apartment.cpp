@@ -85,7 +85,7 @@ void
 furnishBedroom(SceneBuilder& b, const Rect& room)
 {
   RandomStream& r = b.random();
-  b.placeAtWall(parts::makeBed(r, b.vary(1.4, 1.6)), room, 0, SceneBuilder::West);
+  b.placeAtWall(parts::makeBed(r, b.vary(1.2, 1.4)), room, 0, SceneBuilder::West);
   b.placeAtAnyWall(parts::makeCupboard(r, b.vary(1.0, 1.5), 0.6, b.vary(1.9, 2.2)), room, 0);
   b.placeAtAnyWall(parts::makeCupboard(r, 0.45, 0.4, b.vary(0.45, 0.6)), room, 0);
   b.placeAtAnyWall(parts::makePicture(r), room, 0, 1.4);
@@ -115,18 +115,26 @@ furnishLiving(SceneBuilder& b, const Rect& room)
     addChairs(b, width, 0.85, room, 5);
   b.placeAtAnyWall(parts::makeShelf(r, b.vary(0.9, 1.4), b.vary(1.8, 2.2)), room, 0);
   b.placeAtAnyWall(parts::makeShelf(r, b.vary(0.5, 0.8), b.vary(0.7, 1.1)), room, 0);
-  b.placeAtAnyWall(parts::makePlant(r), room, 0);
-  b.placeAtAnyWall(parts::makePlant(r), room, 0);
+  b.placeAtAnyWall(parts::makeSofa(r, 0.95), room, 0);
+  b.placeInside(parts::makeTable(r, 0.8, 0.6), room, 0);
+  b.placeAtAnyWall(parts::makeCupboard(r, b.vary(0.8, 1.2), 0.5, b.vary(0.8, 1.2)), room, 0);
+  for (int i = 0; i < 3; ++i)
+    b.placeAtAnyWall(parts::makePlant(r), room, 0);
   for (int i = 0; i < 3; ++i)
     b.placeAtAnyWall(parts::makePicture(r), room, 0, 1.35);
 }
 
+/// A lamp that hangs where nobody walks into it.
 void
 addLamp(SceneBuilder& b, const Rect& room)
 {
-  const Eigen::Vector2d c = room.centre();
-  b.model().append(parts::makePendantLamp(b.random()),
-                   parts::standAt({c.x() + b.vary(-0.3, 0.3), c.y() + b.vary(-0.3, 0.3), kHeight}));
+  const SurfaceModel lamp = parts::makePendantLamp(b.random());
+  for (int i = 0; i < 10; ++i) {
+    const double x = b.vary(0.3 * room.x0 + 0.7 * room.x1, 0.7 * room.x0 + 0.3 * room.x1);
+    const double y = b.vary(0.3 * room.y0 + 0.7 * room.y1, 0.7 * room.y0 + 0.3 * room.y1);
+    if (b.place(lamp, {x, y, kHeight}, 0))
+      return;
+  }
 }
 
 } // namespace
@@ -153,16 +161,15 @@ makeApartment(std::uint64_t seed)
   b.setPath({{kitchen_door, 1.75, 0},
              {kitchen_door, passage, 0},
              {bedroom_door, passage, 0},
-             {bedroom_door, passage_north + 1.1, 0},
+             {bedroom_door, passage_north + 0.7, 0},
              {bedroom_door, passage, 0},
              {study_door, passage, 0},
              {study_door, passage_north + 1.2, 0},
              {study_door, passage, 0},
              {living + 1.2, passage, 0},
-             {living + 1.6, 2.3, 0},
-             {living + 3.0, 2.6, 0},
-             {living + 2.7, passage + 1.0, 0},
-             {living + 1.3, passage + 1.0, 0},
+             {living + 1.5, 2.2, 0},
+             {living + 1.2, passage, 0},
+             {living + 2.0, passage + 1.2, 0},
              {living + 1.2, passage, 0},
              {bath_door, passage, 0},
              {bath_door, passage_south - 1.0, 0}});
@@ -271,7 +278,7 @@ makeApartment(std::uint64_t seed)
   for (const Rect& room : {kitchen, bathroom, bedroom, office, living_room, passage_room})
     addLamp(b, room);
 
-  b.addWalkAreas(living_room, 0, 4, 0.8, 2.0);
+  b.addWalkAreas(living_room, 0, 4, 0.75, 1.8);
   for (const Rect& room : {kitchen, bedroom, office, bathroom})
     b.addWalkAreas(room, 0, 1, 0.65, 1.6);
   for (int i = 0; i < 3; ++i)

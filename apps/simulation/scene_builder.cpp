@@ -14,13 +14,14 @@ namespace {
 using parts::kPi;
 using parts::Rect;
 
-constexpr double kPathClearance = 0.5;  // furniture keeps this distance from the path [m]
-constexpr double kWalkClearance = 0.55; // and people this [m]
-constexpr double kPathHeight = 2.1;     // above its floor [m]
-constexpr double kSkin = 0.02;          // gap between things, and between things and walls [m]
-constexpr double kLeafThickness = 0.04; // of a door [m]
-constexpr double kLeafSwing = 1.55;     // wide open [rad]
-constexpr int kTries = 40;
+constexpr double kPathClearance = 0.5;         // furniture keeps this distance from the path [m]
+constexpr double kWalkClearance = 0.55;        // and people this [m]
+constexpr double kPathHeight = 2.1;            // above its floor [m]
+constexpr double kSkin = 0.02;                 // gap between things, and between things and walls [m]
+constexpr double kLeafThickness = 0.04;        // of a door [m]
+constexpr double kLeafSwing = 1.55;            // wide open [rad]
+constexpr int kTries = 40;                     // places tried for a thing
+constexpr int kAreaTries = 200;                // and for a free area
 constexpr std::size_t kVerticesAhead = 400000; // of a large scene: parts are appended one by one
 
 } // namespace
@@ -211,7 +212,11 @@ SceneBuilder::placeLoose(
     const SurfaceModel& part, const Eigen::Vector3d& foot, double yaw, const Rect& room, bool whole_room)
 {
   const Footprint footprint = footprintOf(part, foot, yaw);
-  if (!isFree(footprint, kPathClearance))
+  const Eigen::Vector2d reach = Eigen::Rotation2Dd(yaw).toRotationMatrix().cwiseAbs() * footprint.half;
+  const Eigen::Vector2d low = footprint.centre - reach;
+  const Eigen::Vector2d high = footprint.centre + reach;
+  const bool inside = low.x() > room.x0 && low.y() > room.y0 && high.x() < room.x1 && high.y() < room.y1;
+  if (!inside || !isFree(footprint, kPathClearance))
     return false;
   taken_.push_back(footprint);
   // Unless the whole room may be used, finish() looks for a walk area in it.
@@ -243,7 +248,7 @@ SceneBuilder::addWalkAreas(const Rect& room, double z, int count, double smalles
   constexpr double kHeadroom = 2;
   for (int i = 0; i < count; ++i) {
     Footprint best{{0, 0}, {0, 0}, 0, z, z + kHeadroom};
-    for (int j = 0; j < kTries; ++j) {
+    for (int j = 0; j < kAreaTries; ++j) {
       const Eigen::Vector2d half(random_.uniform(smallest, largest) / 2, random_.uniform(smallest, largest) / 2);
       const Eigen::Vector2d share(random_.uniform(), random_.uniform());
       const Eigen::Vector2d low(room.x0 + half.x(), room.y0 + half.y());

@@ -136,12 +136,13 @@ makeCave(std::uint64_t seed)
 
   constexpr double kStart = 0.14; // share of the length
   constexpr double kEnd = 0.86;
-  constexpr double kRoom = 0.45; // the path runs over the highest ground within this radius [m]
+  constexpr double kRoom = 0.4;  // the path runs over the highest ground within this radius, but for small bumps [m]
+  constexpr double kBump = 0.12; // [m]
   std::vector<Vector3d> path;
   const int points = 60;
   for (int i = 0; i <= points; ++i) {
     Vector3d at = shape.centre(kStart + (kEnd - kStart) * i / points);
-    at.z() = highestGround(bare, at, kRoom);
+    at.z() = highestGround(bare, at, kRoom) - kBump;
     path.push_back(at);
   }
   b.setPath(path);

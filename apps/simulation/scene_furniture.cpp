@@ -389,7 +389,7 @@ SurfaceModel
 makePendantLamp(RandomStream& random)
 {
   SurfaceModel model;
-  const double drop = random.uniform(0.25, 0.45);
+  const double drop = random.uniform(0.15, 0.3);
   addPipe(model, {0, 0, -drop}, {0, 0, 0}, 0.006, Stuff::BlackPlastic);
   model.spheres.push_back({{0, 0, -drop - 0.12}, random.uniform(0.1, 0.16), paint(model, Stuff::WhitePlastic)});
   return model;

@@ -231,14 +231,16 @@ makeHall(std::uint64_t seed)
   const Rect nave{1, aisle + 0.5, length - 1, depth - aisle - 0.5};
   const Rect south{from + 1, 0, length, aisle - 0.6};
   const Rect north{from + 1, depth - aisle + 0.6, length, depth};
-  for (int i = 0; i < 6; ++i)
-    b.placeInside(makeStall(r), i < 3 ? Rect{20, nave.y0, length - 2, nave.y1} : (i == 3 ? north : south), 0);
+  for (int i = 0; i < 9; ++i)
+    b.placeInside(makeStall(r), i < 5 ? Rect{20, nave.y0, length - 2, nave.y1} : (i % 2 == 0 ? north : south), 0);
+  for (int i = 0; i < 18; ++i)
+    b.placeInside(parts::makeBench(r), i < 10 ? nave : (i % 2 == 0 ? south : north), 0);
   for (int i = 0; i < 10; ++i)
-    b.placeInside(parts::makeBench(r), i < 6 ? nave : south, 0);
-  for (int i = 0; i < 6; ++i)
-    b.placeInside(makeBoard(r), i < 3 ? south : north, 0);
+    b.placeInside(makeBoard(r), i < 5 ? south : north, 0);
+  for (int i = 0; i < 14; ++i)
+    b.placeInside(parts::makePlant(r), i < 6 ? nave : (i % 2 == 0 ? south : north), 0);
   for (int i = 0; i < 8; ++i)
-    b.placeInside(parts::makePlant(r), i < 4 ? nave : north, 0);
+    b.placeInside(parts::makeTable(r, 0.9, 0.9), {nave.x1 - 14, nave.y0, nave.x1, nave.y1}, 0);
   for (int i = 0; i < 8; ++i) {
     const Rect& room = i % 2 == 0 ? south : north;
     const auto side = i % 2 == 0 ? SceneBuilder::South : SceneBuilder::North;

@@ -305,11 +305,11 @@ makeStreet(std::uint64_t seed)
   constexpr double kStrip = 13;
   for (const double side : {-1.0, 1.0})
     for (double x = 3; x + kStrip < kLength; x += kStrip + 0.5) {
-      const Rect strip{x, side > 0 ? 1.65 : -kKerb + 0.05, x + kStrip, side > 0 ? kKerb - 0.05 : -1.65};
-      const int cars = r.index(3);
+      const Rect strip{x, side > 0 ? 1.45 : -kKerb, x + kStrip, side > 0 ? kKerb : -1.45};
+      const int cars = std::min(2, r.index(4));
       for (int i = 0; i < cars; ++i) {
         const double at = x + kStrip * (i + 0.5) / cars + b.vary(-0.6, 0.6);
-        const double y = side * (kKerb - b.vary(1.1, 1.2));
+        const double y = side * (kKerb - b.vary(1.08, 1.14));
         b.placeLoose(parts::makeCar(r),
                      {at, y, ground.road(x + kStrip / 2, y)},
                      (b.chance(0.5) ? 1 : -1) * kPi / 2 + b.vary(-0.02, 0.02),
@@ -342,7 +342,7 @@ makeStreet(std::uint64_t seed)
       for (double x = b.vary(10, 20); x < kLength; x += b.vary(22, 35))
         parts::addPipe(m, {x, -kFacade, 6.3}, {x + b.vary(-1, 1), kFacade, 6.3}, 0.012, Stuff::BlackPlastic);
     for (double x = 2; x < kLength - 12; x += 10) {
-      const Rect strip{x, side > 0 ? kKerb + 1.2 : -kFacade + 1.2, x + 9, side > 0 ? kFacade - 1.2 : -kKerb - 1.2};
+      const Rect strip{x, side > 0 ? kKerb + 0.95 : -kFacade + 0.5, x + 9, side > 0 ? kFacade - 0.5 : -kKerb - 0.95};
       const double z = ground.pavement(strip.centre().x(), strip.centre().y());
       b.addWalkAreas(strip, z, 1, 0.7, 9);
     }

@@ -90,6 +90,32 @@ addArc(SurfaceModel& model, const Arc& arc, Stuff stuff, bool screen)
   }
 }
 
+/// The cap of a sphere over a circle at height \p z; its middle is higher by \p rise.
+void
+addDome(SurfaceModel& model, double radius, double z, double rise)
+{
+  constexpr int kRings = 20;
+  constexpr int kSides = 160;
+  const std::uint16_t material = parts::paint(model, Stuff::Plaster);
+  const double sphere = (radius * radius + rise * rise) / (2 * rise);
+  const double centre = z + rise - sphere;
+  const double widest = std::asin(radius / sphere);
+  const auto point = [&](int ring, int side) {
+    const double polar = widest * ring / kRings;
+    const double azimuth = 2 * kPi * (side % kSides) / kSides;
+    return Vector3d(sphere * std::sin(polar) * std::cos(azimuth),
+                    sphere * std::sin(polar) * std::sin(azimuth),
+                    centre + sphere * std::cos(polar));
+  };
+  for (int i = 0; i < kRings; ++i)
+    for (int j = 0; j < kSides; ++j) {
+      if (i == 0)
+        model.addPolygon({point(0, 0), point(1, j), point(1, j + 1)}, material);
+      else
+        model.addPolygon({point(i, j), point(i + 1, j), point(i + 1, j + 1), point(i, j + 1)}, material);
+    }
+}
+
 /// Points with normal . point <= offset.
 struct HalfSpace {
   Vector3d normal;
@@ -154,13 +180,13 @@ drawSlantedRoom(RandomStream& random)
       const double azimuth = start + kPi / 3 * i + random.uniform(-0.07, 0.07);
       const double lean = random.uniform(0.28, 0.38) * (random.uniform() < 0.25 ? -1 : 1);
       const Vector3d normal(std::cos(lean) * std::cos(azimuth), std::cos(lean) * std::sin(azimuth), std::sin(lean));
-      const double distance = (i % 3 == 0 ? 5.2 : 3.9) + random.uniform(-0.5, 0.5);
+      const double distance = (i % 3 == 0 ? 6.4 : 5.2) + random.uniform(-0.5, 0.5);
       body.push_back({normal, distance * std::cos(lean) + 1.5 * std::sin(lean)});
     }
     const double pitch = random.uniform(0.04, 0.09);
     const double azimuth = random.uniform(0, 2 * kPi);
     const Vector3d up(std::sin(pitch) * std::cos(azimuth), std::sin(pitch) * std::sin(azimuth), std::cos(pitch));
-    body.push_back({up, 3.4 * std::cos(pitch)});
+    body.push_back({up, 3.5 * std::cos(pitch)});
     if (avoidsRightAngles(body, kMargin))
       return body;
   }
@@ -322,10 +348,9 @@ makeCylinderHall(std::uint64_t seed)
   b.setPath(path);
   parts::addSlab(m, {-radius - 1, -radius - 1, radius + 1, radius + 1}, 0, 0.3, {}, Stuff::Stone);
   m.tubes.push_back({{0, 0, -0.2}, Vector3d::UnitZ(), h + 0.5, radius, parts::paint(m, Stuff::Plaster)});
-  // The dome: the cap of a sphere that meets the wall at its height; the rest lies below the floor.
+  // The dome: the cap of a sphere that meets the wall at its height.
   const double rise = b.vary(2.5, 3.5);
-  const double dome = (radius * radius + rise * rise) / (2 * rise);
-  m.spheres.push_back({{0, 0, h + rise - dome}, dome, parts::paint(m, Stuff::Plaster)});
+  addDome(m, radius, h, rise);
   // Columns in a ring, with a ring beam.
   const int columns = 8 + 2 * r.index(3);
   const double ring = 0.74 * radius;
@@ -384,7 +409,7 @@ makeSlanted(std::uint64_t seed)
   RandomStream& r = b.random();
   SurfaceModel& m = b.model();
   const std::vector<HalfSpace> room = drawSlantedRoom(r);
-  constexpr double kRoom = 2.1; // half the square in the middle that the path and the furniture use [m]
+  constexpr double kRoom = 3.1; // half the square in the middle that the path and the furniture use [m]
   b.setPath({{-1.5, -1.3, 0}, {0.2, -1.4, 0}, {1.5, -0.2, 0}, {0.9, 1.3, 0}, {-0.9, 1.0, 0}});
   for (std::size_t i = 0; i < room.size(); ++i) {
     const std::vector<Vector3d> face = faceOf(room, i);
@@ -410,7 +435,7 @@ makeSlanted(std::uint64_t seed)
   // Leaning posts and oblique lumps.
   for (int i = 0; i < 3; ++i) {
     const double angle = b.vary(0, 2 * kPi);
-    const Vector3d foot(2.7 * std::cos(angle), 2.7 * std::sin(angle), 0);
+    const Vector3d foot(3.6 * std::cos(angle), 3.6 * std::sin(angle), 0);
     parts::addPipe(m, foot, {foot.x() * 1.2, foot.y() * 0.8, 2.9}, 0.05, Stuff::Metal);
   }
   for (int i = 0; i < 7; ++i)
