@@ -195,8 +195,7 @@ runMethod(const Cloud::Ptr& source, const Cloud::Ptr& target, const Settings& se
     return runIcp(source, target, settings.threads);
   Options options = makeOptions(settings.method == "ssfr_paper2017" ? Profile::Paper2017 : Profile::Default);
   options.threads = settings.threads;
-  const PreparedScan s = prepareScan(viewOf(*source), options);
-  const PreparedScan t = prepareScan(viewOf(*target), options);
+  const auto [s, t] = prepareScans(viewOf(*source), viewOf(*target), options);
   return registerScans(s, t, options);
 }
 

@@ -22,6 +22,7 @@
 #include <iostream>
 #include <stdexcept>
 #include <string>
+#include <tuple>
 #include <vector>
 
 namespace {
@@ -135,8 +136,7 @@ viewOf(const Eigen::Matrix3Xf& points)
 Result
 registerPair(const ScanView& source, const ScanView& target, const Options& options)
 {
-  const PreparedScan prepared_source = prepareScan(source, options);
-  const PreparedScan prepared_target = prepareScan(target, options);
+  const auto [prepared_source, prepared_target] = prepareScans(source, target, options);
   return registerScans(prepared_source, prepared_target, options);
 }
 
@@ -315,8 +315,7 @@ printScaling(const Settings& settings, const Options& options)
       PreparedScan prepared_source;
       PreparedScan prepared_target;
       preparation.push_back(medianSeconds(1, [&] {
-        prepared_source = prepareScan(viewOf(source), options);
-        prepared_target = prepareScan(viewOf(target), options);
+        std::tie(prepared_source, prepared_target) = prepareScans(viewOf(source), viewOf(target), options);
       }));
       const double registration =
           medianSeconds(1, [&] { result = registerScans(prepared_source, prepared_target, options); });

@@ -80,7 +80,7 @@ PatchIndex::rasterise(const Plane& plane, const Visit& visit) const
             (Eigen::Array3i(x, y, z).cast<float>() + 0.5f).matrix() * static_cast<float>(voxel_) - centre.matrix();
         if (std::abs(d.dot(plane.normal)) <= reach && std::abs(d.dot(plane.major)) <= plane.half_major + reach &&
             std::abs(d.dot(minor)) <= plane.half_minor + reach)
-          visit(static_cast<std::size_t>((static_cast<std::int64_t>(z) * dims_.y() + y) * dims_.x() + x));
+          visit(x, y, z);
       }
 }
 
@@ -105,32 +105,53 @@ PatchIndex::PatchIndex(const PlanarPatches& patches, double voxel, std::size_t m
   high.array() += margin;
 
   voxel_ = voxel;
-  const auto voxels = [&] { return ((high - low) / voxel_).array().ceil().max(1).prod(); };
-  while (voxels() > static_cast<double>(max_voxels))
+  const auto wanted = [&] { return ((high - low) / voxel_).array().ceil().max(1).prod(); };
+  while (wanted() > static_cast<double>(max_voxels))
     voxel_ *= 1.1;
   inverse_voxel_ = static_cast<float>(1 / voxel_);
   origin_ = low.cast<float>();
   dims_ = ((high - low) / voxel_).array().ceil().max(1).cast<int>();
 
-  const auto size =
-      static_cast<std::size_t>(dims_.x()) * static_cast<std::size_t>(dims_.y()) * static_cast<std::size_t>(dims_.z());
+  block_dims_ = (dims_.array() + kBlockMask) / (1 << kBlockBits);
+  blocks_.assign(static_cast<std::size_t>(block_dims_.x()) * static_cast<std::size_t>(block_dims_.y()) *
+                     static_cast<std::size_t>(block_dims_.z()),
+                 0);
+
+  // Voxels of all planes, in the order of the planes; blocks are numbered as they are met.
+  std::vector<std::uint32_t> voxels;
+  std::vector<std::size_t> ends;
+  ends.reserve(planes_.size());
+  std::uint32_t used = 1;
+  for (const Plane& plane : planes_) {
+    rasterise(plane, [&](int x, int y, int z) {
+      std::uint32_t& block = blocks_[blockOf(x, y, z)];
+      if (block == 0)
+        block = used++;
+      voxels.push_back(static_cast<std::uint32_t>(voxelOf(x, y, z)));
+    });
+    ends.push_back(voxels.size());
+  }
+  const std::size_t size = static_cast<std::size_t>(used) << (3 * kBlockBits);
   masks_.assign(size, 0);
   starts_.assign(size + 1, 0);
-  for (const Plane& plane : planes_) {
-    std::uint64_t bits = directionClassesNear(plane.normal, kClassRadius);
+  std::size_t at = 0;
+  for (std::size_t i = 0; i < planes_.size(); ++i) {
+    std::uint64_t bits = directionClassesNear(planes_[i].normal, kClassRadius);
     if (!patches.samples.oriented)
-      bits |= directionClassesNear(-plane.normal, kClassRadius);
-    rasterise(plane, [&](std::size_t v) {
-      masks_[v] |= bits;
-      ++starts_[v + 1];
-    });
+      bits |= directionClassesNear(-planes_[i].normal, kClassRadius);
+    for (; at < ends[i]; ++at) {
+      masks_[voxels[at]] |= bits;
+      ++starts_[voxels[at] + 1];
+    }
   }
   for (std::size_t v = 0; v < size; ++v)
     starts_[v + 1] += starts_[v];
   entries_.resize(starts_[size]);
   std::vector<std::uint32_t> next(starts_.begin(), starts_.end() - 1);
+  at = 0;
   for (std::size_t i = 0; i < planes_.size(); ++i)
-    rasterise(planes_[i], [&](std::size_t v) { entries_[next[v]++] = static_cast<std::uint32_t>(i); });
+    for (; at < ends[i]; ++at)
+      entries_[next[voxels[at]]++] = static_cast<std::uint32_t>(i);
 }
 
 int

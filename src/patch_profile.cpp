@@ -61,6 +61,7 @@ constexpr double kMinRelativeDensity = 0.02;
 constexpr std::size_t kMinPoints = 50;
 constexpr std::size_t kMinPointsPerCell = 12; // in the coarsest cell of a typical point; else the scale is doubled
 constexpr int kMaxCoarsenings = 6;
+constexpr int kCoarsePatches = 600; // drawn for the coarse refinement
 constexpr int kPolishPointsAPatch = 4;
 constexpr int kPolishSplit = 100; // patches of more thinned points are split for the polish
 constexpr int kPolishMinPoints = 8;
@@ -516,7 +517,7 @@ private:
         return; // without evidence it is dropped below
       const RefinementOptions options = refinement(kCoarseReach, kCoarseFinal, kLooseNormals, kSteps);
       pose.T_target_source =
-          refinePatches(source_.patches, target_.index, pose.T_target_source, options).T_target_source;
+          refinePatches(source_.coarse, target_.index, pose.T_target_source, options).T_target_source;
       judge(pose, kLooseMatch, kLooseNormals);
     });
     poses.erase(
@@ -803,6 +804,8 @@ preparePatchScan(const ScanView& scan, const Options& options)
   report("main normals", count(prepared.patches.size()), prepared.main_normals.size());
 
   prepared.votes = drawVotingSamples(prepared.patches.samples, prepared.main_normals, PoseSearchOptions{}.samples);
+  const Representatives coarse = drawRepresentatives(prepared.patches.samples, prepared.main_normals, kCoarsePatches);
+  prepared.coarse = selectPatches(prepared.patches, coarse.indices, coarse.weights);
   prepared.index = PatchIndex(prepared.patches, kVoxel * prepared.scale);
   patches.split_above = kPolishSplit;
   patches.min_points = std::max(patches.min_points, kPolishMinPoints);

@@ -5,7 +5,11 @@
 
 #include "prepared_data.h"
 
+#include <algorithm>
+#include <future>
 #include <memory>
+#include <thread>
+#include <utility>
 
 namespace pcl_ssfr {
 
@@ -21,6 +25,22 @@ prepareScan(const ScanView& scan, const Options& options)
   else
     data->patches = preparePatchScan(scan, options);
   return PreparedScan(std::move(data));
+}
+
+std::pair<PreparedScan, PreparedScan>
+prepareScans(const ScanView& source, const ScanView& target, const Options& options)
+{
+  const unsigned threads = options.threads > 0 ? options.threads : std::max(1u, std::thread::hardware_concurrency());
+  if (threads < 2) {
+    PreparedScan prepared = prepareScan(source, options);
+    return {std::move(prepared), prepareScan(target, options)};
+  }
+  // Much of a preparation is serial; two of them side by side use two threads all the time.
+  Options half = options;
+  half.threads = (threads + 1) / 2;
+  std::future<PreparedScan> other = std::async(std::launch::async, [&] { return prepareScan(target, half); });
+  PreparedScan prepared = prepareScan(source, half);
+  return {std::move(prepared), other.get()};
 }
 
 Result

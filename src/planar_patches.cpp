@@ -7,6 +7,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
+#include <string>
 #include <utility>
 
 namespace pcl_ssfr {
@@ -221,6 +223,40 @@ extractPatches(const ThinnedCloud& cloud,
                const PatchOptions& options)
 {
   return PatchExtractor(cloud, viewpoint, thickness, options).run();
+}
+
+PlanarPatches
+selectPatches(const PlanarPatches& patches,
+              const std::vector<Eigen::Index>& indices,
+              const std::vector<double>& weights)
+{
+  const auto n = static_cast<Eigen::Index>(indices.size());
+  PlanarPatches some;
+  some.samples.oriented = patches.samples.oriented;
+  some.samples.points.resize(3, n);
+  some.samples.normals.resize(3, n);
+  some.samples.weights.resize(n);
+  some.samples.extents.resize(n);
+  some.majors.resize(3, n);
+  some.half_minors.resize(n);
+  some.thickness.resize(n);
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const auto u = static_cast<std::size_t>(k);
+    const Eigen::Index i = indices[u];
+    if (i < 0 || i >= patches.size())
+      throw std::out_of_range("selectPatches: there is no patch " + std::to_string(i));
+    some.samples.points.col(k) = patches.samples.points.col(i);
+    some.samples.normals.col(k) = patches.samples.normals.col(i);
+    some.samples.weights[k] = weights.at(u);
+    some.samples.extents[k] = patches.samples.extents[i];
+    some.majors.col(k) = patches.majors.col(i);
+    some.half_minors[k] = patches.half_minors[i];
+    some.thickness[k] = patches.thickness[i];
+    some.covariance.push_back(patches.covariance[static_cast<std::size_t>(i)]);
+    some.counts.push_back(patches.counts[static_cast<std::size_t>(i)]);
+    some.first_point.push_back(patches.first_point[static_cast<std::size_t>(i)]);
+  }
+  return some;
 }
 
 } // namespace pcl_ssfr

@@ -228,8 +228,8 @@ centralInterval(const OrientedSamples& samples, const Eigen::Vector3d& axis)
 
 } // namespace
 
-VotingSamples
-drawVotingSamples(const OrientedSamples& samples, const std::vector<MainNormal>& main_normals, int count)
+Representatives
+drawRepresentatives(const OrientedSamples& samples, const std::vector<MainNormal>& main_normals, int count)
 {
   const auto n = static_cast<std::size_t>(samples.size());
   std::vector<std::vector<Eigen::Index>> members(main_normals.size() + 1);
@@ -244,7 +244,7 @@ drawVotingSamples(const OrientedSamples& samples, const std::vector<MainNormal>&
   for (const double s : surface)
     total += std::sqrt(s);
 
-  std::vector<Eigen::Index> drawn;
+  Representatives drawn;
   for (std::size_t k = 0; k < members.size(); ++k) {
     const auto wanted = static_cast<std::size_t>(std::lround(count * std::sqrt(surface[k]) / total));
     if (wanted == 0 || members[k].empty())
@@ -256,12 +256,21 @@ drawVotingSamples(const OrientedSamples& samples, const std::vector<MainNormal>&
       sum += samples.weights[i];
       if (sum < next)
         continue;
-      drawn.push_back(i); // a large patch is drawn once however many intervals it spans
+      // A large patch is drawn once however many intervals it spans.
+      drawn.indices.push_back(i);
+      drawn.weights.push_back(std::max(interval, samples.weights[i]));
       next += interval * std::ceil((sum - next) / interval);
       if (next <= sum)
         next += interval;
     }
   }
+  return drawn;
+}
+
+VotingSamples
+drawVotingSamples(const OrientedSamples& samples, const std::vector<MainNormal>& main_normals, int count)
+{
+  const std::vector<Eigen::Index> drawn = drawRepresentatives(samples, main_normals, count).indices;
   VotingSamples votes;
   votes.points.resize(3, static_cast<Eigen::Index>(drawn.size()));
   votes.normals.resize(3, static_cast<Eigen::Index>(drawn.size()));

@@ -24,9 +24,10 @@ directionClass(const Eigen::Vector3f& d);
 std::uint64_t
 directionClassesNear(const Eigen::Vector3f& d, double angle);
 
-/** \brief Planar patches in a dense voxel grid: which patches pass near a place, and which way they face.
+/** \brief Planar patches in a voxel grid: which patches pass near a place, and which way they face.
  *
- * Two answers of different cost: mask(p), the directions of all patches near p as one load, for the search over
+ * Voxels come in blocks of 8 x 8 x 8; all blocks that no patch reaches share one, as surfaces leave most of space
+ * empty. Two answers of different cost: mask(p), the directions of all patches near p as one load, for the search over
  * thousands of poses; and find(p, n), the best compatible patch, for scoring and refinement.
  */
 class PatchIndex {
@@ -99,17 +100,34 @@ private:
     if (!((v >= 0.f).all() && (v < dims_.cast<float>().array()).all()))
       return -1;
     const Eigen::Array3i i = v.cast<int>();
-    return (static_cast<std::int64_t>(i.z()) * dims_.y() + i.y()) * dims_.x() + i.x();
+    return voxelOf(i.x(), i.y(), i.z());
+  }
+  std::int64_t
+  voxelOf(int x, int y, int z) const
+  {
+    return (static_cast<std::int64_t>(blocks_[blockOf(x, y, z)]) << (3 * kBlockBits)) |
+           ((z & kBlockMask) << (2 * kBlockBits)) | ((y & kBlockMask) << kBlockBits) | (x & kBlockMask);
+  }
+  std::size_t
+  blockOf(int x, int y, int z) const
+  {
+    return static_cast<std::size_t>(((z >> kBlockBits) * block_dims_.y() + (y >> kBlockBits)) * block_dims_.x() +
+                                    (x >> kBlockBits));
   }
   template <typename Visit>
   void
   rasterise(const Plane& plane, const Visit& visit) const;
 
+  static constexpr int kBlockBits = 3;
+  static constexpr int kBlockMask = (1 << kBlockBits) - 1;
+
   float inverse_voxel_ = 0;
   double voxel_ = 0;
   Eigen::Vector3f origin_ = Eigen::Vector3f::Zero();
   Eigen::Vector3i dims_ = Eigen::Vector3i::Zero();
+  Eigen::Vector3i block_dims_ = Eigen::Vector3i::Zero();
   std::vector<Plane> planes_;
+  std::vector<std::uint32_t> blocks_; ///< number of each block of the grid; 0: empty
   std::vector<std::uint64_t> masks_;
   std::vector<std::uint32_t> starts_;
   std::vector<std::uint32_t> entries_;

@@ -26,6 +26,7 @@ struct PatchScan {
   PlanarPatches patches;
   std::vector<MainNormal> main_normals;
   VotingSamples votes;
+  PlanarPatches coarse; ///< a part of the patches that stands for all in the coarse refinement
   PatchIndex index;
   RangeImage range_image; ///< empty when the viewpoint is not believed
   SurfacePoints surface;  ///< points for the final polish ...

@@ -39,7 +39,19 @@ struct VotingSamples {
   Eigen::Matrix3Xf normals; ///< unit, 3 x N
 };
 
-/// Draw \p count voting samples; each direction gets a share that grows with the square root of its surface.
+/// Samples that stand for all of a scan.
+struct Representatives {
+  std::vector<Eigen::Index> indices; ///< of the samples, grouped by main direction
+  std::vector<double> weights;       ///< surface that each stands for [m^2]
+};
+
+/** \brief Draw about \p count samples systematically, so that every main direction is heard: each gets a share that
+ * grows with the square root of its surface. A sample larger than the interval of the drawing is drawn once.
+ */
+Representatives
+drawRepresentatives(const OrientedSamples& samples, const std::vector<MainNormal>& main_normals, int count);
+
+/// Representatives as voting samples.
 VotingSamples
 drawVotingSamples(const OrientedSamples& samples, const std::vector<MainNormal>& main_normals, int count);
 

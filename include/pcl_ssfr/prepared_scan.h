@@ -8,6 +8,7 @@
 #include <pcl_ssfr/scan_view.h>
 
 #include <memory>
+#include <utility>
 
 namespace pcl_ssfr {
 
@@ -44,5 +45,11 @@ private:
  */
 PreparedScan
 prepareScan(const ScanView& scan, const Options& options);
+
+/** \brief prepareScan() for both scans of a pair; at the same time where options.threads allows it.
+ * \return source and target, the same bits as prepareScan() gives \throw std::invalid_argument as prepareScan()
+ */
+std::pair<PreparedScan, PreparedScan>
+prepareScans(const ScanView& source, const ScanView& target, const Options& options);
 
 } // namespace pcl_ssfr

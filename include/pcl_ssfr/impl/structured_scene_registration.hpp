@@ -20,6 +20,7 @@
 #include <cstdint>
 #include <exception>
 #include <limits>
+#include <tuple>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -555,12 +556,18 @@ StructuredSceneRegistration<PointSource, PointTarget, Scalar>::runPipeline(
   }
   const auto start = std::chrono::steady_clock::now();
   try {
+    const auto source = [&] {
+      return detail::viewOf(*input_, fake_indices_ ? nullptr : indices_.get(), source_viewpoint_);
+    };
+    const auto target = [&] { return detail::viewOf(*target_, nullptr, target_viewpoint_); };
+    if (prepared_source_.empty() && prepared_target_.empty()) {
+      std::tie(prepared_source_, prepared_target_) = prepareScans(source(), target(), options);
+    }
     if (prepared_target_.empty()) {
-      prepared_target_ = prepareScan(detail::viewOf(*target_, nullptr, target_viewpoint_), options);
+      prepared_target_ = prepareScan(target(), options);
     }
     if (prepared_source_.empty()) {
-      const pcl::Indices* indices = fake_indices_ ? nullptr : indices_.get();
-      prepared_source_ = prepareScan(detail::viewOf(*input_, indices, source_viewpoint_), options);
+      prepared_source_ = prepareScan(source(), options);
     }
     const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
     result_ = registerScans(
