@@ -15,7 +15,7 @@ namespace {
 constexpr double kRadiansPerDegree = 0.017453292519943295;
 constexpr int kReducedScans = 3;
 constexpr std::size_t kReducedPoints = 110000; // of 16 bytes each: under 2 MB with every scan's own deviation
-constexpr std::size_t kBasicModelBeams = 100000;
+constexpr std::size_t kBasicModelPoints = 100000;
 
 /// A set as the paper describes it.
 struct Entry {
@@ -45,7 +45,7 @@ makeBasicModel(bool reduced)
   DatasetPlan& plan = set.plan;
   plan.scene = "basic_model";
   plan.sensor = "leica_p20";
-  plan.beams = reduced ? kBasicModelBeams / 2 : kBasicModelBeams;
+  plan.points = reduced ? kBasicModelPoints / 2 : kBasicModelPoints;
   plan.noise = false;
   plan.motions = {{},
                   {0.25, 4 * kRadiansPerDegree, 5 * kRadiansPerDegree, 0.02},

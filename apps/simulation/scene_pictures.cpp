@@ -27,25 +27,26 @@ using apps::Colour;
 using apps::kInk;
 
 // Layout [pixels].
-constexpr int kWidth = 1400;
+constexpr int kWidth = 1000;
 constexpr int kMargin = 24;
 constexpr int kHeader = 84;
 constexpr int kCaption = 30;
 constexpr int kFooter = 56;
-constexpr int kMaxTopHeight = 620;
-constexpr int kViewHeight = 640;
+constexpr int kMaxTopHeight = 450;
+constexpr int kMaxViewHeight = 500;
 constexpr int kViewWidth = kWidth - 2 * kMargin;
 constexpr int kSubsamples = 2; // a pixel side
 
-constexpr double kMaxWall = 0.5;       // what is thinner where it is cut is drawn as cut through [m]
-constexpr double kCutShare = 0.66;     // of the height under the ceiling
-constexpr double kFieldOfView = 0.5;   // tangent of half the horizontal angle
-constexpr double kElevation = 0.72;    // of the camera above the horizon [rad]
-constexpr double kAzimuth = -1.15;     // of the camera about the scene [rad]
-constexpr double kCutElevation = 0.95; // steeper where walls would hide the rooms [rad]
+constexpr double kMaxWall = 0.7;     // what is thinner where it is cut is drawn as cut through [m]
+constexpr double kHighCeiling = 5;   // from here on the cut is a share of the height [m]
+constexpr double kCutShare = 0.66;   // of the height under a high ceiling
+constexpr double kCutHeight = 1.6;   // above the floor, under a lower one [m]
+constexpr double kFieldOfView = 0.5; // tangent of half the horizontal angle
+constexpr double kElevation = 0.95;  // of the camera above the horizon [rad]
+constexpr double kAside = 0.42;      // how far beside the middle of the longer side it stands [rad]
+constexpr double kFilled = 0.96;     // share of the width of the view that is used
 constexpr Colour kScanColour{0.835, 0.369, 0.0};
-constexpr Colour kCutColour{0.27, 0.27, 0.29};
-constexpr Colour kGroundColour{1, 1, 1};
+constexpr double kCutLight = 0.29; // brightness of what is cut through
 
 /// What a ray of a picture meets.
 struct Sample {
@@ -89,36 +90,49 @@ private:
   double scale_; ///< pixels a metre
 };
 
-/// Looks at a box from outside, from so far that it fills the picture.
+/// Looks at a box from outside and above, from so far that it fills the picture.
 class ViewCamera : public Camera {
 public:
-  ViewCamera(const Eigen::AlignedBox3d& box, double elevation, int width, int height)
+  ViewCamera(const Eigen::AlignedBox3d& box, int width, int max_height)
   {
+    const Eigen::Vector3d size = box.sizes();
+    const bool along_x = size.x() >= size.y();
+    const double slimness = along_x ? size.y() / size.x() : size.x() / size.y();
+    const double azimuth = (along_x ? -M_PI / 2 : 0) + kAside * std::min(1.0, 1.5 * slimness);
     const Eigen::Vector3d away(
-        std::cos(elevation) * std::cos(kAzimuth), std::cos(elevation) * std::sin(kAzimuth), std::sin(elevation));
+        std::cos(kElevation) * std::cos(azimuth), std::cos(kElevation) * std::sin(azimuth), std::sin(kElevation));
     axes_.col(2) = away;
     axes_.col(0) = Eigen::Vector3d::UnitZ().cross(away).normalized();
     axes_.col(1) = away.cross(axes_.col(0));
     focal_ = width / 2.0 / kFieldOfView;
-    middle_ = {width / 2.0, height / 2.0};
+    middle_ = {width / 2.0, max_height / 2.0};
     // Step back until every corner is inside, then centre what is seen; again, as one moves the other.
     constexpr int kRounds = 4;
+    Eigen::Vector3d centre = box.center();
+    Eigen::AlignedBox2d seen;
     for (int round = 0; round < kRounds; ++round) {
       double distance = 0;
-      Eigen::AlignedBox2d seen;
       for (int i = 0; i < 8; ++i) {
-        const Eigen::Vector3d corner =
-            axes_.transpose() * (box.corner(Eigen::AlignedBox3d::CornerType(i)) - centre(box));
-        const double x = std::abs(corner.x()) * focal_ / (0.97 * middle_.x());
-        const double y = std::abs(corner.y()) * focal_ / (0.97 * middle_.y());
+        const Eigen::Vector3d corner = axes_.transpose() * (cornerOf(box, i) - centre);
+        const double x = std::abs(corner.x()) * focal_ / (kFilled * middle_.x());
+        const double y = std::abs(corner.y()) * focal_ / (kFilled * middle_.y());
         distance = std::max(distance, corner.z() + std::max(x, y));
       }
-      eye_ = centre(box) + distance * away;
+      eye_ = centre + distance * away;
+      seen.setEmpty();
       for (int i = 0; i < 8; ++i)
-        seen.extend(pixelOf(box.corner(Eigen::AlignedBox3d::CornerType(i))));
+        seen.extend(pixelOf(cornerOf(box, i)));
       const Eigen::Vector2d off = (seen.center() - middle_) * (distance / focal_);
-      shift_ += axes_.col(0) * off.x() - axes_.col(1) * off.y();
+      centre += axes_.col(0) * off.x() - axes_.col(1) * off.y();
     }
+    height_ = std::min(max_height, static_cast<int>(std::ceil(seen.sizes().y() + (1 - kFilled) * width)));
+    middle_.y() += (height_ - max_height) / 2.0;
+  }
+  /// Of the picture, no more than is needed [pixels].
+  int
+  height() const
+  {
+    return height_;
   }
   Ray
   rayOf(double x, double y) const override
@@ -133,17 +147,17 @@ public:
   }
 
 private:
-  Eigen::Vector3d
-  centre(const Eigen::AlignedBox3d& box) const
+  static Eigen::Vector3d
+  cornerOf(const Eigen::AlignedBox3d& box, int index)
   {
-    return box.center() + shift_;
+    return box.corner(static_cast<Eigen::AlignedBox3d::CornerType>(index));
   }
 
   Eigen::Matrix3d axes_; ///< columns: right, up, towards the eye
   Eigen::Vector3d eye_ = Eigen::Vector3d::Zero();
-  Eigen::Vector3d shift_ = Eigen::Vector3d::Zero();
   Eigen::Vector2d middle_;
   double focal_ = 1; ///< [pixels]
+  int height_ = 0;
 };
 
 // ---------------------------------------------------------------------------------------------------------------------
@@ -163,7 +177,7 @@ cutHeight(const Scene& scene, const RayCaster& caster)
     return std::nullopt;
   const auto middle = clearances.begin() + static_cast<std::ptrdiff_t>(clearances.size() / 2);
   std::nth_element(clearances.begin(), middle, clearances.end());
-  return scene.path.front().z() + kCutShare * *middle;
+  return scene.path.front().z() + (*middle < kHighCeiling ? kCutHeight : kCutShare * *middle);
 }
 
 class Painter {
@@ -193,22 +207,32 @@ public:
     std::vector<std::uint32_t> pixels(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
     for (int y = 0; y < height; ++y)
       for (int x = 0; x < width; ++x) {
-        Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+        Ink sum;
         for (int i = 0; i < kSubsamples * kSubsamples; ++i) {
           const int column = x * kSubsamples + i % kSubsamples;
           const int row = y * kSubsamples + i / kSubsamples;
           const Sample& here = at(column, row);
           const bool edge = isEdge(here, at(column - 1, row), at(column + 1, row)) ||
                             isEdge(here, at(column, row - 1), at(column, row + 1));
-          sum += colourOf(here) * (edge ? kEdgeShade : 1);
+          const Ink ink = inkOf(here);
+          sum.light += ink.light * (edge ? kEdgeShade : 1);
+          sum.flat += ink.flat;
+          sum.painted += ink.painted;
         }
         pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)] =
-            packed(sum / (kSubsamples * kSubsamples));
+            packed(sum);
       }
     return pixels;
   }
 
 private:
+  /// What is added up over a pixel.
+  struct Ink {
+    double light = 0;   ///< brightness
+    double flat = 0;    ///< share of level surfaces, which are warm; walls are cool
+    double painted = 0; ///< number of samples that met anything; the others are paper
+  };
+
   static constexpr double kFar = 10000; // [m]
   static constexpr double kEdgeShade = 0.6;
 
@@ -265,34 +289,38 @@ private:
            2 * here.depth - before.depth - after.depth < -kStep * here.depth;
   }
 
-  /// Diffuse light from two sides and the sky, on a grey of the material's reflectance; warm floors, cool walls.
-  Eigen::Vector3d
-  colourOf(const Sample& sample) const
+  /// Diffuse light from two sides and the sky, on a grey of the material's reflectance.
+  Ink
+  inkOf(const Sample& sample) const
   {
-    const auto rgb = [](const Colour& c) { return Eigen::Vector3d(c.red, c.green, c.blue); };
     if (sample.cut)
-      return rgb(kCutColour);
+      return {kCutLight, 0, 1};
     if (std::isinf(sample.depth))
-      return rgb(kGroundColour);
+      return {};
     const Eigen::Vector3d sun = Eigen::Vector3d(-0.45, -0.75, 1.1).normalized();
     const Eigen::Vector3d lamp = Eigen::Vector3d(0.8, -0.3, 0.4).normalized();
-    const double light = 0.42 + 0.42 * std::max(0.0, sample.normal.dot(sun)) +
-                         0.16 * std::max(0.0, sample.normal.dot(lamp)) + 0.08 * sample.normal.z();
+    const double light = 0.45 + 0.45 * std::max(0.0, sample.normal.dot(sun)) +
+                         0.17 * std::max(0.0, sample.normal.dot(lamp)) + 0.09 * sample.normal.z();
     const double grey = 0.62 + 0.38 * std::sqrt(caster_.material(sample.material).reflectance);
-    const double flat = sample.normal.z() * sample.normal.z();
-    const Eigen::Vector3d tint = flat * Eigen::Vector3d(1, 0.965, 0.9) + (1 - flat) * Eigen::Vector3d(0.93, 0.97, 1);
-    return tint * std::min(1.0, 1.08 * light * grey);
+    return {std::min(1.0, light * grey), std::round(sample.normal.z() * sample.normal.z()), 1};
   }
 
   static std::uint32_t
-  packed(const Eigen::Vector3d& colour)
+  packed(const Ink& sum)
   {
-    // Few levels: flat surfaces stay one colour, and the file small.
-    constexpr double kLevels = 63;
+    constexpr double kLevels = 24; // of brightness; few, so that the file stays small
+    const Eigen::Vector3d warm(1, 0.965, 0.9);
+    const Eigen::Vector3d cool(0.93, 0.97, 1);
+    Eigen::Vector3d colour = Eigen::Vector3d::Ones();
+    if (sum.painted > 0) {
+      const double covered = sum.painted / (kSubsamples * kSubsamples);
+      const double flat = sum.flat / sum.painted;
+      const double light = std::round(kLevels * sum.light / sum.painted) / kLevels;
+      colour = (1 - covered) * colour + covered * light * (flat * warm + (1 - flat) * cool);
+    }
     std::uint32_t pixel = 0xff;
     for (Eigen::Index k = 0; k < 3; ++k)
-      pixel = pixel << 8 | static_cast<std::uint32_t>(
-                               std::lround(255 / kLevels * std::round(kLevels * std::clamp(colour[k], 0.0, 1.0))));
+      pixel = pixel << 8 | static_cast<std::uint32_t>(std::lround(255 * std::clamp(colour[k], 0.0, 1.0)));
     return pixel;
   }
 
@@ -344,8 +372,13 @@ drawScans(cairo_t* context, const Frame& frame, const Camera& camera, const std:
   apps::setColour(context, kScanColour, 0.6);
   cairo_set_line_width(context, 1.5);
   cairo_stroke(context);
-  for (const Eigen::Vector2d& dot : dots)
-    apps::drawDot(context, dot.x(), dot.y(), kRadius, kScanColour);
+  // All rims first: close dots become a band.
+  for (const auto& [radius, colour] : {std::pair(kRadius + 1.5, Colour{1, 1, 1}), std::pair(kRadius, kScanColour)})
+    for (const Eigen::Vector2d& dot : dots) {
+      cairo_arc(context, dot.x(), dot.y(), radius, 0, 2 * M_PI);
+      apps::setColour(context, colour);
+      cairo_fill(context);
+    }
   if (!dots.empty())
     apps::drawText(context, dots.front().x() + 8, dots.front().y() - 6, "1", 15, true);
   if (dots.size() > 1)
@@ -376,6 +409,14 @@ drawScene(const std::string& path,
   Eigen::AlignedBox3d box = boundsOf(surfaces);
   if (cut)
     box.max().z() = std::min(box.max().z(), *cut);
+  // Of a scene that goes on and on only what lies about the path.
+  constexpr double kLeastAbout = 20; // [m]
+  Eigen::AlignedBox3d about;
+  for (const Eigen::Vector3d& point : scene.path)
+    about.extend(point);
+  const double reach = std::max(kLeastAbout, about.diagonal().norm() / 2);
+  box.min().head<2>() = box.min().head<2>().cwiseMax((about.min().array() - reach).matrix().head<2>());
+  box.max().head<2>() = box.max().head<2>().cwiseMin((about.max().array() + reach).matrix().head<2>());
   const double margin = 0.01 * box.diagonal().head<2>().norm() + 0.1;
   box.min().head<2>().array() -= margin;
   box.max().head<2>().array() += margin;
@@ -385,7 +426,8 @@ drawScene(const std::string& path,
   Frame top{0, kHeader + kCaption, static_cast<int>(std::lround(size.x() * scale)), 0};
   top.height = static_cast<int>(std::lround(size.y() * scale));
   top.left = (kWidth - top.width) / 2;
-  const Frame view{kMargin, top.top + top.height + kCaption, kViewWidth, kViewHeight};
+  const ViewCamera oblique(box, kViewWidth, kMaxViewHeight);
+  const Frame view{kMargin, top.top + top.height + kCaption, kViewWidth, oblique.height()};
   const int height = view.top + view.height + kFooter;
 
   const apps::SurfacePtr picture = apps::makePicture(kWidth, height);
@@ -394,7 +436,6 @@ drawScene(const std::string& path,
   apps::drawText(context.get(), kMargin, 66, scene.description, 17);
 
   const TopCamera above(box, scale);
-  const ViewCamera oblique(box, cut ? kCutElevation : kElevation, view.width, view.height);
   const Painter painter(caster, cut, threads);
   for (const auto& [camera, frame] :
        {std::pair<const Camera&, const Frame&>(above, top), std::pair<const Camera&, const Frame&>(oblique, view)}) {
