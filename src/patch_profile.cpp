@@ -34,6 +34,7 @@ constexpr double kCoarseReach = 0.5;      // plane distance at the start of the 
 constexpr double kCoarseFinal = 0.15;     // ... and at its end
 constexpr double kFineReach = 0.2;        // of the fine refinement
 constexpr double kFineFinal = 0.05;
+constexpr double kFineStep = 0.0005; // the polish does the rest
 constexpr double kPolishReach = 0.3; // of the polish
 constexpr double kPolishFinal = 0.1;
 constexpr double kLooseMatch = 0.2;   // plane distance of a match after the coarse refinement ...
@@ -535,13 +536,12 @@ private:
   {
     constexpr int kSteps = 15;
     const std::size_t before = poses.size();
+    RefinementOptions options = refinement(kFineReach, kFineFinal, kNormals, kSteps);
+    options.min_step = kFineStep * scale_;
     forEachPose(poses, [&](JudgedPose& pose) {
       if (options_.refine)
-        pose.T_target_source = refinePatches(source_.patches,
-                                             target_.index,
-                                             pose.T_target_source,
-                                             refinement(kFineReach, kFineFinal, kNormals, kSteps))
-                                   .T_target_source;
+        pose.T_target_source =
+            refinePatches(source_.patches, target_.index, pose.T_target_source, options).T_target_source;
       judgeFinely(pose);
     });
     if (options_.gravity)
@@ -585,6 +585,7 @@ private:
     JudgedPose& best = poses.front();
     RefinementOptions polish = refinement(kPolishReach, kPolishFinal, kNormals, options_.max_refinement_steps);
     polish.match.lateral = static_cast<float>(kPolishLateral * scale_);
+    polish.threads = threads_;
     const auto run = [&] {
       return refineMutual(
           source_.surface, source_.fine_index, target_.surface, target_.fine_index, best.T_target_source, polish);

@@ -24,35 +24,64 @@ constexpr double kClearGain = 1.8;
 constexpr double kWeakGain = 1.4;
 constexpr double kMaxFineShareAtWeakGain = 0.08;
 
-/// Directions in which something is seen.
-std::size_t
-occupiedCells(const Eigen::Matrix3Xf& points, const Eigen::Vector3f& viewpoint)
-{
-  const RangeImage image(points, viewpoint, kViewpointCell);
-  std::size_t occupied = 0;
-  for (std::size_t c = 0; c < image.size(); ++c)
-    occupied += image.nearest(c) > 0;
-  return occupied;
-}
+/// Ranges of the nearest and the farthest return of a cell [m]; zeros when there was none.
+struct DepthSpan {
+  float nearest = 0;
+  float farthest = 0;
+};
 
-} // namespace
-
-RangeImage::RangeImage(const Eigen::Matrix3Xf& points, const Eigen::Vector3f& viewpoint, double cell)
-    : resolution_(std::max(1, static_cast<int>(std::ceil(kRightAngle / cell)))),
-      half_(0.5f * static_cast<float>(resolution_)), viewpoint_(viewpoint)
+std::vector<DepthSpan>
+depthSpans(const Eigen::Matrix3Xf& points, const Eigen::Vector3f& viewpoint, const DirectionGrid& grid)
 {
-  const auto cells = static_cast<std::size_t>(6 * resolution_ * resolution_);
-  nearest_.assign(cells, 0.f);
-  farthest_.assign(cells, 0.f);
+  std::vector<DepthSpan> spans(grid.size());
   for (Eigen::Index i = 0; i < points.cols(); ++i) {
     const Eigen::Vector3f d = points.col(i) - viewpoint;
     const float range = d.norm();
     if (!(range > 0 && std::isfinite(range)))
       continue;
-    const std::size_t c = this->cell(d);
-    if (nearest_[c] == 0 || range < nearest_[c])
-      nearest_[c] = range;
-    farthest_[c] = std::max(farthest_[c], range);
+    DepthSpan& span = spans[grid.cell(d)];
+    if (span.nearest == 0 || range < span.nearest)
+      span.nearest = range;
+    span.farthest = std::max(span.farthest, range);
+  }
+  return spans;
+}
+
+/// Directions in which something is seen.
+double
+occupiedCells(const std::vector<DepthSpan>& spans)
+{
+  return static_cast<double>(
+      std::count_if(spans.begin(), spans.end(), [](const DepthSpan& span) { return span.nearest > 0; }));
+}
+
+double
+twoDepthShare(const std::vector<DepthSpan>& spans, double margin)
+{
+  std::size_t several = 0;
+  std::size_t two_depths = 0;
+  for (const DepthSpan& span : spans) {
+    several += span.farthest > span.nearest;
+    two_depths += span.farthest > kDepthRatio * span.nearest + margin;
+  }
+  return several ? static_cast<double>(two_depths) / static_cast<double>(several) : 0;
+}
+
+} // namespace
+
+DirectionGrid::DirectionGrid(double cell)
+    : resolution_(std::max(1, static_cast<int>(std::ceil(kRightAngle / cell)))),
+      half_(0.5f * static_cast<float>(resolution_))
+{}
+
+RangeImage::RangeImage(const Eigen::Matrix3Xf& points, const Eigen::Vector3f& viewpoint, double cell)
+    : grid_(cell), viewpoint_(viewpoint)
+{
+  nearest_.reserve(grid_.size());
+  farthest_.reserve(grid_.size());
+  for (const DepthSpan& span : depthSpans(points, viewpoint, grid_)) {
+    nearest_.push_back(span.nearest);
+    farthest_.push_back(span.farthest);
   }
   findFreeRanges();
 }
@@ -61,18 +90,19 @@ void
 RangeImage::findFreeRanges()
 {
   free_.assign(nearest_.size(), 0.f);
+  const int resolution = grid_.resolution();
   for (int face = 0; face < 6; ++face)
-    for (int row = 0; row < resolution_; ++row)
-      for (int column = 0; column < resolution_; ++column) {
+    for (int row = 0; row < resolution; ++row)
+      for (int column = 0; column < resolution; ++column) {
         const auto at = [&](int r, int c) {
-          return static_cast<std::size_t>((face * resolution_ + r) * resolution_ + c);
+          return static_cast<std::size_t>((face * resolution + r) * resolution + c);
         };
         const float own = nearest_[at(row, column)];
         float least = own;
         if (least == 0)
           continue;
-        for (int r = std::max(0, row - 1); r <= std::min(resolution_ - 1, row + 1); ++r)
-          for (int c = std::max(0, column - 1); c <= std::min(resolution_ - 1, column + 1); ++c)
+        for (int r = std::max(0, row - 1); r <= std::min(resolution - 1, row + 1); ++r)
+          for (int c = std::max(0, column - 1); c <= std::min(resolution - 1, column + 1); ++c)
             if (nearest_[at(r, c)] > 0)
               least = std::min(least, own + kTowardsNeighbour * (nearest_[at(r, c)] - own));
         free_[at(row, column)] = least;
@@ -82,14 +112,7 @@ RangeImage::findFreeRanges()
 double
 twoDepthShare(const Eigen::Matrix3Xf& points, const Eigen::Vector3f& viewpoint, double cell, double margin)
 {
-  const RangeImage image(points, viewpoint, cell);
-  std::size_t several = 0;
-  std::size_t two_depths = 0;
-  for (std::size_t c = 0; c < image.size(); ++c) {
-    several += image.farthest(c) > image.nearest(c);
-    two_depths += image.farthest(c) > kDepthRatio * image.nearest(c) + margin;
-  }
-  return several ? static_cast<double>(two_depths) / static_cast<double>(several) : 0;
+  return twoDepthShare(depthSpans(points, viewpoint, DirectionGrid(cell)), margin);
 }
 
 bool
@@ -100,11 +123,12 @@ isPlausibleViewpoint(const Eigen::Matrix3Xf& points, const Eigen::Vector3f& view
   const double margin = kDepthMargin * scale;
   // A sensor spreads its returns over the directions; from elsewhere, and more so from afar, they bunch.
   const Eigen::Vector3f centroid = points.cast<double>().rowwise().mean().cast<float>();
-  if (static_cast<double>(occupiedCells(points, viewpoint)) <
-      kMinSpread * static_cast<double>(occupiedCells(points, centroid)))
+  const DirectionGrid grid(kViewpointCell);
+  const std::vector<DepthSpan> spans = depthSpans(points, viewpoint, grid);
+  if (occupiedCells(spans) < kMinSpread * occupiedCells(depthSpans(points, centroid, grid)))
     return false;
 
-  const double here = twoDepthShare(points, viewpoint, kViewpointCell, margin);
+  const double here = twoDepthShare(spans, margin);
   if (here <= kCleanShare)
     return true;
   // In one scan two depths meet at the edges of things only, and fewer in finer cells; where scans were merged they

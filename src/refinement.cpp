@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 namespace pcl_ssfr {
 
@@ -53,6 +54,17 @@ struct NormalEquations {
     ++matches;
   }
 
+  NormalEquations&
+  operator+=(const NormalEquations& other)
+  {
+    hessian += other.hessian;
+    gradient += other.gradient;
+    weight += other.weight;
+    squares += other.squares;
+    matches += other.matches;
+    return *this;
+  }
+
   /// The step that solves the equations in the motions that they determine.
   Vector6
   solve() const
@@ -76,6 +88,23 @@ robustWeight(double r, double s)
 {
   const double q = s * s / (s * s + r * r);
   return q * q;
+}
+
+/// Call \p add(i, sum) for i = 0 ... count - 1 and add all sums to \p equations. The chunks do not depend on the number
+/// of threads, so neither do the bits.
+template <typename Add>
+void
+addInChunks(Eigen::Index count, int threads, NormalEquations& equations, const Add& add)
+{
+  constexpr Eigen::Index kChunk = 1024;
+  const Eigen::Index chunks = (count + kChunk - 1) / kChunk;
+  std::vector<NormalEquations> sums(static_cast<std::size_t>(chunks));
+#pragma omp parallel for schedule(dynamic, 1) num_threads(threads) if (threads > 1)
+  for (Eigen::Index k = 0; k < chunks; ++k)
+    for (Eigen::Index i = k * kChunk; i < std::min(count, (k + 1) * kChunk); ++i)
+      add(i, sums[static_cast<std::size_t>(k)]);
+  for (const NormalEquations& sum : sums)
+    equations += sum;
 }
 
 /// The loop that both refinements share; \p accumulate(T, centre, tolerance, scale, equations) adds the matches.
@@ -194,39 +223,40 @@ refineMutual(const SurfacePoints& source,
   if (source.points.cols() == 0 || target.points.cols() == 0)
     return refine(T_target_source, Eigen::Vector3d::Zero(), options, [](const auto&...) {});
   const Eigen::Vector3d centre = T_target_source * Eigen::Vector3d(source.points.cast<double>().rowwise().mean());
-  return refine(T_target_source,
-                centre,
-                options,
-                [&](const Eigen::Isometry3d& T,
-                    const Eigen::Vector3d& c,
-                    const PatchIndex::Tolerance& tolerance,
-                    double scale,
-                    NormalEquations& equations) {
-                  for (Eigen::Index i = 0; i < source.points.cols(); ++i) {
-                    const Eigen::Vector3d p = T * source.points.col(i).cast<double>();
-                    const Eigen::Vector3d normal = T.linear() * source.normals.col(i).cast<double>();
-                    const int match = target_planes.find(p.cast<float>(), normal.cast<float>(), tolerance);
-                    if (match < 0)
-                      continue;
-                    const Eigen::Vector3d n = target_planes.normal(match).cast<double>();
-                    const double r = (p - target_planes.centroid(match).cast<double>()).dot(n);
-                    equations.add(p - c, n, r, robustWeight(r, scale), nullptr);
-                  }
-                  // The other way round it is the plane that moves: its distance to a fixed point shrinks along its
-                  // normal.
-                  const Eigen::Isometry3d T_source_target = T.inverse();
-                  for (Eigen::Index i = 0; i < target.points.cols(); ++i) {
-                    const Eigen::Vector3d q = target.points.col(i).cast<double>();
-                    const Eigen::Vector3d p = T_source_target * q;
-                    const Eigen::Vector3d normal = T_source_target.linear() * target.normals.col(i).cast<double>();
-                    const int match = source_planes.find(p.cast<float>(), normal.cast<float>(), tolerance);
-                    if (match < 0)
-                      continue;
-                    const Eigen::Vector3d n = T.linear() * source_planes.normal(match).cast<double>();
-                    const double r = (T * source_planes.centroid(match).cast<double>() - q).dot(n);
-                    equations.add(q - c, n, r, robustWeight(r, scale), nullptr);
-                  }
-                });
+  return refine(
+      T_target_source,
+      centre,
+      options,
+      [&](const Eigen::Isometry3d& T,
+          const Eigen::Vector3d& c,
+          const PatchIndex::Tolerance& tolerance,
+          double scale,
+          NormalEquations& equations) {
+        addInChunks(source.points.cols(), options.threads, equations, [&](Eigen::Index i, NormalEquations& sum) {
+          const Eigen::Vector3d p = T * source.points.col(i).cast<double>();
+          const Eigen::Vector3d normal = T.linear() * source.normals.col(i).cast<double>();
+          const int match = target_planes.find(p.cast<float>(), normal.cast<float>(), tolerance);
+          if (match < 0)
+            return;
+          const Eigen::Vector3d n = target_planes.normal(match).cast<double>();
+          const double r = (p - target_planes.centroid(match).cast<double>()).dot(n);
+          sum.add(p - c, n, r, robustWeight(r, scale), nullptr);
+        });
+        // The other way round it is the plane that moves: its distance to a fixed point shrinks along its
+        // normal.
+        const Eigen::Isometry3d T_source_target = T.inverse();
+        addInChunks(target.points.cols(), options.threads, equations, [&](Eigen::Index i, NormalEquations& sum) {
+          const Eigen::Vector3d q = target.points.col(i).cast<double>();
+          const Eigen::Vector3d p = T_source_target * q;
+          const Eigen::Vector3d normal = T_source_target.linear() * target.normals.col(i).cast<double>();
+          const int match = source_planes.find(p.cast<float>(), normal.cast<float>(), tolerance);
+          if (match < 0)
+            return;
+          const Eigen::Vector3d n = T.linear() * source_planes.normal(match).cast<double>();
+          const double r = (T * source_planes.centroid(match).cast<double>() - q).dot(n);
+          sum.add(q - c, n, r, robustWeight(r, scale), nullptr);
+        });
+      });
 }
 
 } // namespace pcl_ssfr

@@ -11,6 +11,50 @@
 
 namespace pcl_ssfr {
 
+/// Cells of directions: a square grid on each face of a cube around the viewpoint.
+class DirectionGrid {
+public:
+  DirectionGrid() = default;
+
+  /// \param[in] cell nominal width of a cell [rad], (0, pi/2]
+  explicit DirectionGrid(double cell);
+
+  /// Number of cells.
+  std::size_t
+  size() const
+  {
+    return static_cast<std::size_t>(6 * resolution_ * resolution_);
+  }
+  /// Cells along the edge of a face.
+  int
+  resolution() const
+  {
+    return resolution_;
+  }
+  /// Index of the cell in which direction \p d (from the viewpoint, any length > 0) lies; some cell when d is no
+  /// direction (zero, not finite).
+  std::size_t
+  cell(const Eigen::Vector3f& d) const
+  {
+    const Eigen::Array3f a = d.array().abs();
+    int axis = a.y() > a.x() ? 1 : 0;
+    axis = a.z() > a[axis] ? 2 : axis;
+    const int u = axis == 0 ? 1 : 0;
+    const int v = axis == 2 ? 1 : 2;
+    const float scale = half_ / a[axis];
+    const auto last = static_cast<float>(resolution_ - 1);
+    // The order of the arguments makes NaN 0.
+    const auto column = static_cast<int>(std::max(0.f, std::min(d[u] * scale + half_, last)));
+    const auto row = static_cast<int>(std::max(0.f, std::min(d[v] * scale + half_, last)));
+    const int face = 2 * axis + (d[axis] < 0 ? 1 : 0);
+    return static_cast<std::size_t>((face * resolution_ + row) * resolution_ + column);
+  }
+
+private:
+  int resolution_ = 0;
+  float half_ = 0;
+};
+
 /** \brief What a sensor saw in each direction: the nearest and farthest return of each cell of a cube map.
  *
  * A cube map has no poles and needs no trigonometry; its cells are 0.5 to 1 times the nominal angle wide.
@@ -39,23 +83,11 @@ public:
   {
     return nearest_.size();
   }
-  /// Index of the cell in which direction \p d (from the viewpoint, any length > 0) lies; some cell when d is no
-  /// direction (zero, not finite).
+  /// DirectionGrid::cell().
   std::size_t
   cell(const Eigen::Vector3f& d) const
   {
-    const Eigen::Array3f a = d.array().abs();
-    int axis = a.y() > a.x() ? 1 : 0;
-    axis = a.z() > a[axis] ? 2 : axis;
-    const int u = axis == 0 ? 1 : 0;
-    const int v = axis == 2 ? 1 : 2;
-    const float scale = half_ / a[axis];
-    const auto last = static_cast<float>(resolution_ - 1);
-    // The order of the arguments makes NaN 0.
-    const auto column = static_cast<int>(std::max(0.f, std::min(d[u] * scale + half_, last)));
-    const auto row = static_cast<int>(std::max(0.f, std::min(d[v] * scale + half_, last)));
-    const int face = 2 * axis + (d[axis] < 0 ? 1 : 0);
-    return static_cast<std::size_t>((face * resolution_ + row) * resolution_ + column);
+    return grid_.cell(d);
   }
   /// Range of the nearest return in a cell [m]; 0 when there was none.
   float
@@ -81,8 +113,7 @@ private:
   void
   findFreeRanges();
 
-  int resolution_ = 0; ///< cells along the edge of a face
-  float half_ = 0;
+  DirectionGrid grid_;
   Eigen::Vector3f viewpoint_ = Eigen::Vector3f::Zero();
   std::vector<float> nearest_;
   std::vector<float> farthest_;

@@ -16,6 +16,7 @@ struct RefinementOptions {
   double final_distance = 0.05; ///< plane distance allowed in the last step [m], > 0
   int steps = 8;                ///< >= 1
   double min_step = 1e-5;       ///< stop when a step at the final distance is smaller ([m] and [rad])
+  int threads = 1;              ///< of refineMutual(), >= 1; the bits do not depend on it
 };
 
 /// A refined pose and the linear system of its last step.
