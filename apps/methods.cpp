@@ -210,6 +210,11 @@ judge(MethodRegistration& registration, const MethodInput& input, const Eigen::I
   result.status = registration.hasConverged() && finite ? Status::Converged : Status::NoCandidate;
   result.message = result.accepted() ? "the method stopped; that alone does not mean that the pose is right"
                                      : "the method did not converge";
+  if (const auto verdict = verdictOf(registration)) {
+    result.message = verdict->message;
+    if (!result.accepted() && verdict->T_target_source.matrix().allFinite())
+      result.T_target_source = verdict->T_target_source;
+  }
   const Overlap overlap = computeOverlap(pointsOf(*input.source),
                                          NeighborIndex(pointsOf(*input.target)),
                                          result.T_target_source,

@@ -29,7 +29,6 @@ using Clock = std::chrono::steady_clock;
 constexpr std::size_t kKeptOutput = 1U << 20; ///< bytes of standard output; a result is its last line
 constexpr std::size_t kKeptErrors = 1U << 12;
 constexpr int kPollMilliseconds = 20;
-constexpr double kGrace = 0.5; ///< between the request to end and the kill [s]
 constexpr double kKibPerMib = 1024;
 
 double
@@ -119,7 +118,8 @@ childEnvironment(unsigned threads)
   for (char** variable = environ; variable && *variable; ++variable)
     if (!isMpiVariable(*variable))
       variables.emplace_back(*variable);
-  variables.push_back("OMP_NUM_THREADS=" + std::to_string(threads));
+  if (threads > 0)
+    variables.push_back("OMP_NUM_THREADS=" + std::to_string(threads));
   return variables;
 }
 
@@ -312,7 +312,7 @@ private:
     outcome_.end = why;
     kill(-process_, SIGTERM);
     const auto asked = Clock::now();
-    while (!ended_ && since(asked) < kGrace) {
+    while (!ended_ && since(asked) < request_.grace) {
       exchange();
       reap(WNOHANG);
     }

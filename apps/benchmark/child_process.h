@@ -16,7 +16,8 @@ struct ChildRequest {
   std::string input;                ///< its standard input
   double time_limit = 0;            ///< it is killed after so long [s]; 0: never
   double loading_limit = 0;         ///< > 0: the time limit runs from its first line of output, which has this long [s]
-  unsigned threads = 1;             ///< OMP_NUM_THREADS of the child
+  double grace = 0.3;               ///< between the request to end and the kill [s]
+  unsigned threads = 1;             ///< OMP_NUM_THREADS of the child; 0: not set
 };
 
 /// How it went.

@@ -91,7 +91,9 @@ parameterTable()
       {"ransac_iterations", &R::ransac_iterations, 1, 1e9, "of fpfh_ransac"},
       {"sac_ia_iterations", &R::sac_ia_iterations, 1, 1e9, "of fpfh_sac_ia"},
       {"fpcs_samples", &R::fpcs_samples, 10, 1e6, "points of the source that fpcs works on"},
-      {"fpcs_overlap", &R::fpcs_overlap, 0.01, 1, "overlap that fpcs and kfpcs are told"},
+      {"expected_overlap", &R::expected_overlap, 0.01, 1, "that fpcs, kfpcs and super4pcs are told"},
+      {"go_icp_points", &R::go_icp_points, 3, 1e6, "points of the source that go_icp works on"},
+      {"go_icp_trim", &R::go_icp_trim, 0, 0.99, "share of the source that go_icp leaves out"},
       {"max_seconds", &R::max_seconds, 1, 1e6, "after which methods that can stop themselves do [s]"}};
   return kTable;
 }

@@ -24,7 +24,7 @@ namespace apps {
  */
 struct ParameterRule {
   double leaf = 0;                              ///< [m], 0: by the rule
-  double leaf_share = 0.0125;                   ///< of the radius of the scan
+  double leaf_share = 0.02;                     ///< of the radius of the scan
   double min_leaf = 0.02;                       ///< [m]
   double min_points_per_voxel = 1.5;            ///< on average
   double normal_radius = 2.5;                   ///< of normals [leafs]
@@ -33,13 +33,15 @@ struct ParameterRule {
   double refine_distance = 20;                  ///< correspondence distance of the refiners from the start [leafs]
   double polish_distance = 3;                   ///< the same after ssfr [leafs]
   double ndt_cell = 10;                         ///< [leafs]
-  double keypoint_leaf = 4;                     ///< spacing of the points that kfpcs works on [leafs]
+  double keypoint_leaf = 8;                     ///< spacing of the points that kfpcs works on [leafs]
   double refine_iterations = 50;                ///< of ICP, GICP and NDT
-  double ransac_iterations = 50000;             ///< of fpfh_ransac
-  double sac_ia_iterations = 500;               ///< of fpfh_sac_ia
+  double ransac_iterations = 20000;             ///< of fpfh_ransac
+  double sac_ia_iterations = 200;               ///< of fpfh_sac_ia
   double fpcs_samples = 500;                    ///< points of the source that fpcs works on
-  double fpcs_overlap = 0.5;                    ///< overlap that fpcs and kfpcs are told
-  double max_seconds = 120;                     ///< after which the methods that can stop themselves do so [s]
+  double expected_overlap = 0.5;                ///< that fpcs, kfpcs and super4pcs are told
+  double go_icp_points = 500;                   ///< points of the source that go_icp works on
+  double go_icp_trim = 0.3;                     ///< share of the source that go_icp leaves out
+  double max_seconds = 60;                      ///< after which the methods that can stop themselves do so [s]
   Options ssfr = makeOptions(Profile::Default); ///< scales of ssfr and of the first step of ssfr_icp, ...
   Options paper2017 = makeOptions(Profile::Paper2017); ///< scales of ssfr_paper2017
 };

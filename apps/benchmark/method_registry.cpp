@@ -25,7 +25,10 @@ constexpr Maker kMakers[] = {{"icp_point_to_point", false, makeIcpPointToPoint},
                              {"fpfh_ransac", true, makeFpfhRansac},
                              {"fpfh_sac_ia", true, makeFpfhSacIa},
                              {"fpcs", false, makeFpcs},
-                             {"kfpcs", false, makeKfpcs}};
+                             {"kfpcs", false, makeKfpcs},
+                             {"fgr", false, makeFgr},
+                             {"super4pcs", false, makeSuper4pcs},
+                             {"go_icp", false, makeGoIcp}};
 
 const Maker&
 makerOf(const std::string& name)
@@ -56,7 +59,10 @@ methods()
       {"fpfh_ransac", "FPFH features, PCL's SampleConsensusPrerejective", K::Global, ""},
       {"fpfh_sac_ia", "FPFH features, PCL's SampleConsensusInitialAlignment", K::Global, ""},
       {"fpcs", "four congruent points, PCL's FPCSInitialAlignment", K::Global, ""},
-      {"kfpcs", "the same on sparse points, PCL's KFPCSInitialAlignment", K::Global, ""}};
+      {"kfpcs", "the same on sparse points, PCL's KFPCSInitialAlignment", K::Global, ""},
+      {"fgr", "Fast Global Registration (ECCV 2016)", K::Global, ""},
+      {"super4pcs", "Super4PCS (SGP 2014)", K::Global, ""},
+      {"go_icp", "Go-ICP (PAMI 2016): branch and bound", K::Global, ""}};
   return kMethods;
 }
 

@@ -8,7 +8,10 @@
 #include <pcl/point_types.h>
 #include <pcl/registration/registration.h>
 
+#include <Eigen/Geometry>
+
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -63,6 +66,16 @@ needsNormals(const std::string& name);
  */
 MethodRegistration::Ptr
 makeRegistration(const std::string& name, const MethodInput& input);
+
+/// What a class that says more than PCL's interface can carry thinks of its answer.
+struct OwnVerdict {
+  Eigen::Isometry3d T_target_source; ///< best pose, accepted or not
+  std::string message;
+};
+
+/// The verdict of the last align(); nothing for PCL's own classes.
+std::optional<OwnVerdict>
+verdictOf(const MethodRegistration& registration);
 
 } // namespace apps
 } // namespace pcl_ssfr

@@ -143,7 +143,7 @@ pairSeed(std::uint64_t seed, const std::string& dataset, const std::string& sour
     for (const char c : *text + '\n')
       hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211ULL;
   }
-  return RandomStream(seed, hash).next();
+  return RandomStream(seed, hash).next() >> 11; // what a double holds: R and pandas read it
 }
 
 ScanView
@@ -183,8 +183,6 @@ loadPair(const PairRequest& request)
     cutTarget(pair, variation.overlap, RandomStream(request.seed, kCutStream));
   if (variation.perturbation != Perturbation::None)
     move(pair, variation.perturbation, RandomStream(request.seed, kMotionStream));
-  pair.changed = variation.resolution_m > 0 || variation.noise_m > 0 || variation.outliers > 0 ||
-                 variation.overlap > 0 || variation.perturbation != Perturbation::None;
   return pair;
 }
 

@@ -49,7 +49,6 @@ struct PairInput {
   io::LoadedCloud target;
   Eigen::Isometry3d T_target_source = Eigen::Isometry3d::Identity(); ///< ground truth, in file coordinates
   Eigen::Vector3d reference = Eigen::Vector3d::Zero(); ///< where the source's sensor is, or the middle of a map [m]
-  bool changed = false;                                ///< a scan differs from its file
 };
 
 const char*

@@ -90,7 +90,7 @@ void
 setCommon(Method& method, const MethodInput& input)
 {
   method.setNumberOfThreads(1); // more would draw from one sequence of random numbers in any order
-  method.setApproxOverlap(static_cast<float>(input.rule.fpcs_overlap));
+  method.setApproxOverlap(static_cast<float>(input.rule.expected_overlap));
   method.setMaxComputationTime(static_cast<int>(input.rule.max_seconds));
 }
 

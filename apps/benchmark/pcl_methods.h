@@ -29,5 +29,12 @@ makeFpcs(const MethodInput& input);
 MethodRegistration::Ptr
 makeKfpcs(const MethodInput& input);
 
+MethodRegistration::Ptr
+makeFgr(const MethodInput& input);
+MethodRegistration::Ptr
+makeSuper4pcs(const MethodInput& input);
+MethodRegistration::Ptr
+makeGoIcp(const MethodInput& input);
+
 } // namespace apps
 } // namespace pcl_ssfr

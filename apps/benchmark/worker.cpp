@@ -24,6 +24,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr double kLoadingLimit = 600;       ///< of reading and varying a pair [s]
 constexpr double kWatcherMargin = 10;       ///< that the watcher of an external program has after its time limit [s]
+constexpr double kWatcherGrace = 3;         ///< that it has to end the program when it is told to [s]
 constexpr std::size_t kMessageLength = 200; ///< of what a failed program said
 
 std::atomic<int> stop_requested{0}; // set by the signal handler of a watcher
@@ -79,6 +80,7 @@ askWorker(const Json& request, double time_limit, unsigned threads, const std::a
   child.input = request.dump(-1, ' ', false, Json::error_handler_t::replace);
   child.time_limit = time_limit;
   child.loading_limit = kLoadingLimit;
+  child.grace = kWatcherGrace;
   child.threads = threads;
   return runChild(child, stop);
 }

@@ -1,0 +1,437 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+// ssfr_benchmark as its users run it. PCL_SSFR_BENCHMARK is the path of the program, PCL_SSFR_MPIRUN of mpirun or
+// empty.
+
+#include <apps/benchmark/benchmark_plan.h>
+#include <apps/benchmark/result_row.h>
+#include <apps/io/dataset_folder.h>
+#include <apps/io/file_bytes.h>
+#include <apps/io/transform_file.h>
+#include <io_testing.h>
+
+#include <pcl_ssfr/thinning.h>
+
+#include <gmock/gmock.h>
+#include <nlohmann/json.hpp>
+
+#include <chrono>
+#include <csignal>
+#include <fstream>
+#include <map>
+#include <sys/wait.h>
+#include <thread>
+#include <unistd.h>
+
+namespace pcl_ssfr::apps {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+using testing::TemporaryFolder;
+
+struct Outcome {
+  int code = -1;
+  std::string output;
+  std::string errors;
+};
+
+class BenchmarkProgram : public ::testing::Test {
+protected:
+  /// The apartment of the test data, thinned: small enough for every method.
+  static void
+  SetUpTestSuite()
+  {
+    data_ = new TemporaryFolder;
+    const io::DatasetFolder full = io::readDatasetFolder(PCL_SSFR_DATA_DIR);
+    const io::ScanPair& pair = full.pairs.front();
+    for (const std::string& name : {pair.source, pair.target}) {
+      const io::LoadedCloud cloud = io::loadCloud(io::scanPath(full.path, name));
+      constexpr double kLeaf = 0.08;
+      const ThinnedCloud thinned = thinScan(viewOf(cloud), kLeaf, Eigen::Vector3d::Zero());
+      std::string text;
+      for (Eigen::Index i = 0; i < thinned.size(); ++i)
+        text += std::to_string(thinned.points(0, i)) + " " + std::to_string(thinned.points(1, i)) + " " +
+                std::to_string(thinned.points(2, i)) + "\n";
+      io::writeFile(data_->file(name + ".xyz"), text);
+    }
+    std::string header = "source,target";
+    std::string forth = pair.source + ".xyz," + pair.target + ".xyz";
+    std::string back = pair.target + ".xyz," + pair.source + ".xyz";
+    truth_ = pair.T_target_source;
+    const Eigen::Isometry3d inverse = truth_.inverse();
+    for (int i = 0; i < 12; ++i) {
+      header += ",T" + std::to_string(i / 4) + std::to_string(i % 4);
+      forth += "," + std::to_string(truth_.matrix()(i / 4, i % 4));
+      back += "," + std::to_string(inverse.matrix()(i / 4, i % 4));
+    }
+    io::writeFile(data_->file("pairs.csv"), header + "\n" + forth + "\n" + back + "\n");
+    io::writeFile(data_->file("dataset.json"),
+                  R"({"name": "small", "success": {"rotation_deg": 2, "translation_m": 0.2}})");
+    // Lots are drawn less often than in earnest: here it matters that every method runs, not that it succeeds.
+    io::writeFile(data_->file("quick.json"),
+                  R"({"ransac_iterations": 300, "sac_ia_iterations": 20, "fpcs_samples": 60, "max_seconds": 2, "go_icp_points": 60,
+                      "leaf": 0.15, "keypoint_leaf": 6})");
+  }
+  static void
+  TearDownTestSuite()
+  {
+    delete data_;
+    data_ = nullptr;
+  }
+
+  std::string
+  command(const std::string& arguments) const
+  {
+    return std::string("'") + PCL_SSFR_BENCHMARK + "' " + arguments;
+  }
+  Outcome
+  shell(const std::string& text) const
+  {
+    const int status =
+        std::system((text + " >'" + folder.file("stdout") + "' 2>'" + folder.file("stderr") + "'").c_str());
+    EXPECT_TRUE(WIFEXITED(status)) << text;
+    return {WEXITSTATUS(status), io::readFile(folder.file("stdout")), io::readFile(folder.file("stderr"))};
+  }
+  Outcome
+  run(const std::string& arguments) const
+  {
+    return shell(command(arguments));
+  }
+  std::string
+  small() const
+  {
+    return "--dataset " + data_->file("") + " ";
+  }
+  std::string
+  out(const std::string& name = "out") const
+  {
+    return " --out " + folder.file(name) + " ";
+  }
+  std::vector<ResultRow>
+  rows(const std::string& name = "out") const
+  {
+    std::ifstream in(folder.file(name + "/results.csv"));
+    std::string line;
+    std::getline(in, line);
+    EXPECT_EQ(line, csvHeader());
+    std::vector<ResultRow> result;
+    while (std::getline(in, line))
+      result.push_back(rowFromCsv(line));
+    return result;
+  }
+  /// What must not depend on how the run was cut into processes: all but times and memory.
+  std::map<std::string, std::string>
+  answers(const std::string& name) const
+  {
+    std::map<std::string, std::string> result;
+    for (ResultRow row : rows(name)) {
+      row.time_s = row.cpu_s = row.peak_rss_mib = 0;
+      EXPECT_TRUE(result.emplace(rowKey(row.dataset, row.pair, row.variation, row.method), toCsvLine(row)).second);
+    }
+    return result;
+  }
+  /// A script to compare with.
+  std::string
+  script(const std::string& name, const std::string& text) const
+  {
+    io::writeFile(folder.file(name), "#!/bin/sh\n" + text + "\n");
+    chmod(folder.file(name).c_str(), 0755);
+    return folder.file(name);
+  }
+  static std::string
+  truthAsJson()
+  {
+    return matrixJson(truth_).dump();
+  }
+
+  TemporaryFolder folder;
+  static TemporaryFolder* data_;
+  static Eigen::Isometry3d truth_;
+};
+
+TemporaryFolder* BenchmarkProgram::data_ = nullptr;
+Eigen::Isometry3d BenchmarkProgram::truth_ = Eigen::Isometry3d::Identity();
+
+TEST_F(BenchmarkProgram, helpAndVersion)
+{
+  const Outcome help = run("--help");
+  EXPECT_EQ(help.code, 0);
+  EXPECT_THAT(help.output, StartsWith("Usage: ssfr_benchmark"));
+  const Outcome version = run("--version");
+  EXPECT_EQ(version.code, 0);
+  EXPECT_THAT(version.output, StartsWith("ssfr_benchmark "));
+}
+
+TEST_F(BenchmarkProgram, badInputIsOneLineBeforeAnyWork)
+{
+  std::filesystem::create_directories(folder.file("bad"));
+  io::writeFile(folder.file("bad/a.xyz"), "1 2 3\n");
+  io::writeFile(folder.file("bad/pairs.csv"),
+                "source,target,T00,T01,T02,T03,T10,T11,T12,T13,T20,T21,T22,T23\n"
+                "a.xyz,a.xyz,1,0,0,0,0,1,0,0,0,0,one,0\n");
+  io::writeFile(folder.file("broken.json"), "{");
+  struct Case {
+    std::string arguments;
+    int code;
+    std::string named;
+  };
+  const Case cases[] = {{"", 2, "--dataset"},
+                        {small() + out() + "--frobnicate", 2, "--frobnicate"},
+                        {small() + out() + "--methods magic", 2, "'magic'"},
+                        {small() + out() + "--pairs 7", 2, "--pairs: '7'"},
+                        {"--dataset " + folder.file("none") + out(), 3, "none"},
+                        {"--dataset " + folder.file("bad") + out(), 3, "pairs.csv:2: column T22: 'one'"},
+                        {small() + out() + "--external " + folder.file("broken.json"), 3, "broken.json:1: column"},
+                        {small() + out() + "--parameters " + folder.file("no.json"), 3, "no.json"},
+                        {small() + "--out /proc/none", 3, "/proc/none"}};
+  for (const Case& c : cases) {
+    const Outcome result = run(c.arguments);
+    EXPECT_EQ(result.code, c.code) << c.arguments;
+    EXPECT_EQ(result.output, "") << c.arguments;
+    EXPECT_THAT(result.errors, AllOf(StartsWith("ssfr_benchmark: "), HasSubstr(c.named))) << c.arguments;
+    EXPECT_EQ(std::count(result.errors.begin(), result.errors.end(), '\n'), 1) << result.errors;
+    EXPECT_FALSE(std::filesystem::exists(folder.file("out/results.csv"))) << c.arguments;
+  }
+}
+
+TEST_F(BenchmarkProgram, everyMethodRuns)
+{
+  const Outcome result =
+      run(small() + out() + "--methods all --pairs 0 --timeout 30 --jobs 2 --parameters " + data_->file("quick.json"));
+  ASSERT_EQ(result.code, 0) << result.errors;
+  const std::vector<ResultRow> all = rows();
+  EXPECT_EQ(all.size(), methods().size());
+  for (const ResultRow& row : all) {
+    SCOPED_TRACE(row.method + " " + row.status + " " + row.message);
+    for (const char* broken : {"crashed", "failed", "missing", "bad_output", "out_of_memory", "timeout"})
+      EXPECT_NE(row.status, broken);
+    EXPECT_GT(row.time_s, 0);
+    EXPECT_GE(row.cpu_s, 0);
+    EXPECT_GT(row.peak_rss_mib, 1);
+    EXPECT_GT(row.overlap, 0.3);
+    EXPECT_GT(row.gt_rmse_m, 0);
+    EXPECT_LT(row.gt_rmse_m, 0.2);
+    if (row.method.rfind("ssfr", 0) == 0 && row.method != "ssfr_paper2017") {
+      EXPECT_TRUE(row.success);
+      EXPECT_LT(row.rmse_m, 1.5 * row.gt_rmse_m + 0.02);
+      EXPECT_GT(row.confidence, 0.5);
+    }
+  }
+  const auto summary = nlohmann::json::parse(io::readFile(folder.file("out/summary.json")));
+  EXPECT_EQ(summary["complete"], true);
+  EXPECT_EQ(summary["methods"].size(), methods().size());
+  EXPECT_EQ(summary["settings"]["parameters"]["leaf"], 0.15);
+  EXPECT_THAT(io::readFile(folder.file("out/summary.md")), HasSubstr("| ssfr | 1 of 1, 100 % [21, 100] |"));
+}
+
+TEST_F(BenchmarkProgram, perturbedPairsAreTheSameForEveryNumberOfJobs)
+{
+  const std::string common = small() +
+                             "--methods ssfr,icp_point_to_plane,fpfh_sac_ia --perturb se3 --resolution 0,0.2 "
+                             "--noise 0.01 --outliers 0.05 --overlap 0.4 --parameters " +
+                             data_->file("quick.json");
+  ASSERT_EQ(run(common + out("one")).code, 0);
+  ASSERT_EQ(run(common + out("two") + " --jobs 3 --threads 2 ").code, 0);
+  const auto one = answers("one");
+  EXPECT_EQ(one.size(), 12U);
+  EXPECT_EQ(one, answers("two"));
+  for (const ResultRow& row : rows("one")) {
+    EXPECT_LE(row.overlap, 0.45); // the target was cut
+    ASSERT_TRUE(row.truth);
+    EXPECT_GT((row.truth->matrix() - truth_.matrix()).norm(), 0.1); // ground truth follows
+    if (row.method == "icp_point_to_plane") {
+      EXPECT_FALSE(row.success);
+    }
+  }
+}
+
+TEST_F(BenchmarkProgram, externalProgramsCannotHurt)
+{
+  const std::string good =
+      script("good.sh",
+             "test -f \"$1\" && test -f \"$2\" || exit 3\necho chatter\necho '{\"T\": " + truthAsJson() +
+                 ", \"time_s\": 1.25, \"converged\": true, \"confidence\": 0.75}'\necho bye");
+  const std::string flat =
+      script("flat.sh", "echo '{\"T_target_source\": [1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1], \"converged\": false}'");
+  const std::string crash = script("crash.sh", "echo about to fall >&2\nkill -SEGV $$");
+  // A child in a session of its own must not outlive the time limit.
+  const std::string hang =
+      script("hang.sh", "setsid sh -c 'echo $$ > " + folder.file("stray") + "; sleep 300' &\nsleep 300");
+  const std::string rubbish = script("rubbish.sh", "echo 'not {json'\nhead -c 100000 /dev/zero");
+  const std::string scaled = script("scaled.sh", "echo '{\"T\": [2,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1]}'");
+  const std::string fails = script("fails.sh", "echo no licence >&2\nexit 7");
+  const std::string hungry = script("hungry.sh", "python3 -c 'x = bytearray(150 << 20); print(\"{}\")'");
+  nlohmann::json json;
+  for (const auto& [name, program] : std::map<std::string, std::string>{{"good", good},
+                                                                        {"flat", flat},
+                                                                        {"crash", crash},
+                                                                        {"hang", hang},
+                                                                        {"rubbish", rubbish},
+                                                                        {"scaled", scaled},
+                                                                        {"fails", fails},
+                                                                        {"hungry", hungry}})
+    json[name]["command"] = "'" + program + "' {source} {target}";
+  json["missing"]["command"] = folder.file("nowhere") + " {source}";
+  json["missing2"]["command"] = "no-such-program-anywhere";
+  io::writeFile(folder.file("methods.json"), json.dump());
+  const Outcome result = run(small() + out() + "--methods good --pairs 0 --perturb none --timeout 2 --external " +
+                             folder.file("methods.json"));
+  ASSERT_EQ(result.code, 0) << result.errors;
+  EXPECT_EQ(rows().size(), 1U); // only the one that was named
+  ASSERT_EQ(
+      run(small() + out() + "--pairs 0 --timeout 2 --jobs 2 --resume --external " + folder.file("methods.json")).code,
+      0);
+  std::map<std::string, ResultRow> by_name;
+  for (const ResultRow& row : rows())
+    by_name[row.method] = row;
+  EXPECT_EQ(by_name.size(), 11U); // all of them and ssfr
+  EXPECT_TRUE(by_name["good"].success);
+  EXPECT_TRUE(by_name["good"].converged);
+  EXPECT_EQ(by_name["good"].time_s, 1.25);
+  EXPECT_EQ(by_name["good"].confidence, 0.75);
+  EXPECT_LT(by_name["good"].rotation_error_deg, 1e-3);
+  EXPECT_NEAR(by_name["good"].rmse_m, by_name["good"].gt_rmse_m, 1e-5);
+  EXPECT_EQ(by_name["flat"].status, "no_candidate");
+  EXPECT_FALSE(by_name["flat"].success);
+  EXPECT_GT(by_name["flat"].rotation_error_deg, 2);
+  EXPECT_EQ(by_name["crash"].status, "crashed");
+  EXPECT_THAT(by_name["crash"].message, HasSubstr("about to fall"));
+  EXPECT_EQ(by_name["hang"].status, "timeout");
+  EXPECT_NEAR(by_name["hang"].time_s, 2, 1);
+  EXPECT_EQ(by_name["rubbish"].status, "bad_output");
+  EXPECT_EQ(by_name["scaled"].status, "bad_output");
+  EXPECT_THAT(by_name["scaled"].message, HasSubstr("rigid motion"));
+  EXPECT_EQ(by_name["fails"].status, "failed");
+  EXPECT_EQ(by_name["fails"].message, "exit code 7: no licence");
+  EXPECT_EQ(by_name["missing"].status, "missing");
+  EXPECT_EQ(by_name["missing2"].status, "missing");
+  EXPECT_THAT(by_name["missing2"].message, HasSubstr("no-such-program-anywhere"));
+  EXPECT_EQ(by_name["hungry"].status, "bad_output");
+  EXPECT_GT(by_name["hungry"].peak_rss_mib, 150);
+  EXPECT_LT(by_name["hungry"].peak_rss_mib, 300);
+  EXPECT_LT(by_name["fails"].peak_rss_mib, 60);
+  const int stray = std::stoi(io::readFile(folder.file("stray")));
+  EXPECT_NE(kill(stray, 0), 0) << "a child of the program that hung is still there";
+}
+
+/// A run in the background.
+class Background {
+public:
+  Background(const std::string& command, const std::string& log)
+  {
+    process_ = fork();
+    if (process_ == 0) {
+      execl("/bin/sh", "sh", "-c", ("exec " + command + " >'" + log + "' 2>&1").c_str(), nullptr);
+      _exit(127);
+    }
+  }
+  int
+  end(int signal)
+  {
+    kill(process_, signal);
+    int status = 0;
+    waitpid(process_, &status, 0);
+    return status;
+  }
+
+private:
+  pid_t process_;
+};
+
+class Interrupted : public BenchmarkProgram {
+protected:
+  /// A run of slow methods, once it has a result.
+  std::unique_ptr<Background>
+  start() const
+  {
+    const std::string slow =
+        script("slow.sh", "echo $$ >> " + folder.file("started") + "\nsleep 1\necho '{\"T\": " + truthAsJson() + "}'");
+    nlohmann::json json;
+    for (const char* name : {"slow1", "slow2", "slow3", "slow4"})
+      json[name]["command"] = slow;
+    io::writeFile(folder.file("methods.json"), json.dump());
+    auto run = std::make_unique<Background>(command(arguments()), folder.file("log"));
+    for (int i = 0; i < 300 && lines(folder.file("started")) < 2; ++i)
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    return run;
+  }
+  std::string
+  arguments() const
+  {
+    return small() + out() + "--methods slow1,slow2,slow3,slow4 --pairs 0 --external " + folder.file("methods.json");
+  }
+  static std::size_t
+  lines(const std::string& path)
+  {
+    std::ifstream in(path);
+    std::size_t count = 0;
+    for (std::string line; std::getline(in, line);)
+      ++count;
+    return count;
+  }
+  /// True when every process that was started has ended.
+  bool
+  allEnded() const
+  {
+    std::ifstream in(folder.file("started"));
+    bool ended = true;
+    for (pid_t process = 0; in >> process;)
+      ended = ended && kill(process, 0) != 0;
+    return ended;
+  }
+};
+
+TEST_F(Interrupted, killedRunsGoOn)
+{
+  start()->end(SIGKILL);
+  std::this_thread::sleep_for(std::chrono::milliseconds(500));
+  EXPECT_TRUE(allEnded()) << "a program outlived the run that started it";
+  const std::string before = io::readFile(folder.file("out/results.csv"));
+  EXPECT_GE(rows().size(), 1U);
+  EXPECT_LT(rows().size(), 4U);
+  io::writeFile(folder.file("out/results.csv"), before + "small,torn");
+  EXPECT_EQ(run(arguments()).code, 3); // not without being told to
+  EXPECT_THAT(run(arguments() + " --resume --seed 5").errors, HasSubstr("seed was 1 and is now 5"));
+  ASSERT_EQ(run(arguments() + " --resume").code, 0);
+  EXPECT_EQ(answers("out").size(), 4U); // each once
+  EXPECT_THAT(io::readFile(folder.file("out/results.csv")), StartsWith(before));
+}
+
+TEST_F(Interrupted, stoppedRunsReport)
+{
+  const auto background = start();
+  const Outcome second = run(arguments() + " --resume");
+  EXPECT_EQ(second.code, 3);
+  EXPECT_THAT(second.errors, HasSubstr("another run"));
+  const int status = background->end(SIGINT);
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 130);
+  EXPECT_TRUE(allEnded());
+  const auto summary = nlohmann::json::parse(io::readFile(folder.file("out/summary.json")));
+  EXPECT_EQ(summary["complete"], false);
+  EXPECT_EQ(summary["planned"], 4);
+  EXPECT_EQ(summary["rows"], rows().size());
+  EXPECT_THAT(io::readFile(folder.file("log")), HasSubstr("--resume"));
+}
+
+TEST_F(BenchmarkProgram, ranksOfMpiGiveTheSameResults)
+{
+  if (std::string(PCL_SSFR_MPIRUN).empty())
+    GTEST_SKIP() << "built without MPI";
+  const std::string common = small() + "--methods ssfr,icp_point_to_point --perturb rotation ";
+  ASSERT_EQ(run(common + out("alone")).code, 0);
+  const std::string mpirun = std::string("'") + PCL_SSFR_MPIRUN + "' --allow-run-as-root --oversubscribe -n 3 ";
+  const Outcome result = shell(mpirun + command(common + out("ranks")));
+  ASSERT_EQ(result.code, 0) << result.errors;
+  EXPECT_EQ(answers("ranks").size(), 4U);
+  EXPECT_EQ(answers("alone"), answers("ranks"));
+  const Outcome bad = shell(mpirun + command(small() + "--methods magic " + out("bad")));
+  EXPECT_NE(bad.code, 0);
+  EXPECT_THAT(bad.errors, HasSubstr("'magic'"));
+}
+
+} // namespace
+} // namespace pcl_ssfr::apps
