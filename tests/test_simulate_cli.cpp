@@ -82,6 +82,8 @@ TEST(SimulateOptions, everythingCanBeSet)
                         "1.5",
                         "--turn",
                         "90",
+                        "--turn-limit",
+                        "45",
                         "--tilt",
                         "18",
                         "--random-rotation",
@@ -112,6 +114,7 @@ TEST(SimulateOptions, everythingCanBeSet)
   EXPECT_EQ(a.plan.beams, 50000U);
   EXPECT_EQ(a.plan.trajectory.step, 1.5);
   EXPECT_NEAR(a.plan.trajectory.turn, M_PI / 2, 1e-12);
+  EXPECT_NEAR(a.plan.turn_limit, M_PI / 4, 1e-12);
   EXPECT_NEAR(a.plan.trajectory.tilt, M_PI / 10, 1e-12);
   EXPECT_TRUE(a.plan.random_rotation);
   EXPECT_EQ(a.plan.velocity, -2);
@@ -436,6 +439,22 @@ TEST_F(Program, aWalkCanBeWrittenInParts)
   ASSERT_EQ(run(arguments + folder.file("part") + " --scans 2 --start 2").code, 0);
   for (const char* scan : {"/scans/scan002.pcd", "/scans/scan003.pcd"})
     EXPECT_TRUE(io::readFile(folder.file("all") + scan) == io::readFile(folder.file("part") + scan)) << scan;
+}
+
+TEST_F(Program, turnsCanBeLimited)
+{
+  // Back and forth: without a limit the sensor turns round at the ends of its path.
+  const std::string arguments = "--quiet --scene basic_model --sensor velodyne_vlp16 --points 500 --scans 40 --out ";
+  ASSERT_EQ(run(arguments + folder.file("free")).code, 0);
+  ASSERT_EQ(run(arguments + folder.file("limited") + " --turn-limit 20").code, 0);
+  const auto largest = [&](const char* name) {
+    double angle = 0;
+    for (const io::ScanPair& pair : io::readDatasetFolder(folder.file(name)).pairs)
+      angle = std::max(angle, Eigen::AngleAxisd(pair.T_target_source.linear()).angle() * 180 / M_PI);
+    return angle;
+  };
+  EXPECT_GT(largest("free"), 60);
+  EXPECT_LT(largest("limited"), 20.001);
 }
 
 TEST_F(Program, quietIsQuiet)

@@ -89,6 +89,20 @@ poseAlong(const Scene& scene, const SensorModel& sensor, const PathMotion& motio
   return pose;
 }
 
+/// Headings that follow those of the poses by at most \p limit a scan; positions and tilts stay.
+void
+limitTurns(std::vector<Eigen::Isometry3d>& poses, double limit)
+{
+  const auto about_z = [](double angle) { return Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitZ()); };
+  double heading = 0;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const Eigen::Matrix3d R = poses[i].linear();
+    const double yaw = std::atan2(R(1, 0), R(0, 0));
+    heading = i == 0 ? yaw : heading + std::clamp(std::remainder(yaw - heading, 2 * M_PI), -limit, limit);
+    poses[i].linear() = about_z(heading - yaw) * R;
+  }
+}
+
 std::vector<Eigen::Isometry3d>
 placeScans(const DatasetPlan& plan, const Scene& scene, const SensorModel& sensor, const RayCaster& surfaces)
 {
@@ -103,6 +117,8 @@ placeScans(const DatasetPlan& plan, const Scene& scene, const SensorModel& senso
   options.seed = plan.seed;
   options.random_rotation = false;
   poses = makeTrajectory(scene, surfaces, sensor, options);
+  if (plan.turn_limit > 0)
+    limitTurns(poses, plan.turn_limit);
   return {poses.begin() + plan.start, poses.begin() + plan.start + plan.trajectory.scans};
 }
 
@@ -250,6 +266,7 @@ describePlan(const PreparedPlan& prepared)
     json["step_m"] = plan.trajectory.step;
     json["wanted_overlap"] = plan.trajectory.overlap;
     json["turn_deg"] = plan.trajectory.turn * kDegreesPerRadian;
+    json["turn_limit_deg"] = plan.turn_limit * kDegreesPerRadian;
     json["tilt_deg"] = plan.trajectory.tilt * kDegreesPerRadian;
   }
   json["sensor_model"] = Json::parse(formatSensor(prepared.sensor));

@@ -42,6 +42,7 @@ struct DatasetPlan {
   std::size_t points = 0;          ///< wanted returns a scan, on average, instead of \ref beams; 0: not used
   int start = 0;                   ///< number of the first scan: the scans before it on the same walk are left out
   TrajectoryOptions trajectory;    ///< its seed and its random rotation are not used
+  double turn_limit = 0;           ///< largest change of heading between scans, whatever the path does; 0: none [rad]
   std::vector<PathMotion> motions; ///< one a scan, instead of the trajectory when there are any
   bool random_rotation = false;    ///< every scan in a randomly turned frame of its own; it sees the same
   MovableOptions movables;         ///< what changes between scans

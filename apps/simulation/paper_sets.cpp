@@ -27,14 +27,15 @@ struct Entry {
   std::size_t points; ///< a scan
   double step;        ///< between scans [m]
   double turn;        ///< largest, beyond that of the path [deg]
+  double turn_limit;  ///< largest of all; 0: that of the path [deg]
 };
 
 // The paper gives scans and points; "small motions" (DS1-H), "large" (DS2-L), and navigation (DS3-V, DS4-S) in words.
 constexpr Entry kEntries[] = {
-    {"ds1h", "DS1-H: room scale, small motions", "apartment", "hokuyo_utm30lx", 45, 365000, 0.5, 10},
-    {"ds2l", "DS2-L: hall, large motions", "hall", "leica_p20", 6, 9000000, 10, 90},
-    {"ds3v", "DS3-V: street, driven", "street", "velodyne_hdl32e", 41, 56000, 2, 5},
-    {"ds4s", "DS4-S: corridor with rooms, driven", "office_floor", "sick_lms200", 63, 81600, 1, 10},
+    {"ds1h", "DS1-H: room scale, small motions", "apartment", "hokuyo_utm30lx", 45, 365000, 0.5, 10, 10},
+    {"ds2l", "DS2-L: hall, large motions", "hall", "leica_p20", 6, 9000000, 10, 90, 0},
+    {"ds3v", "DS3-V: street, driven", "street", "velodyne_hdl32e", 41, 56000, 2, 5, 10},
+    {"ds4s", "DS4-S: corridor with rooms, driven", "office_floor", "sick_lms200", 63, 81600, 1, 10, 15},
 };
 
 PaperSet
@@ -85,6 +86,7 @@ makePaperSet(const std::string& name, bool reduced)
     plan.trajectory.scans = reduced ? kReducedScans : entry->scans;
     plan.trajectory.step = entry->step;
     plan.trajectory.turn = entry->turn * kRadiansPerDegree;
+    plan.turn_limit = entry->turn_limit * kRadiansPerDegree;
   }
   set.plan.name = name + (reduced ? "_reduced" : "");
   set.plan.note = "simulated after Sanchez et al. 2017, " + set.description;

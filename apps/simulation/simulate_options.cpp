@@ -60,6 +60,7 @@ constexpr NumberOption kNumbers[] = {
      false},
     {"overlap", "X", "wanted overlap of consecutive scans, decides the step", 0.01, 0.99, false},
     {"turn", "DEG", "largest change of heading between scans, beyond that of the path", 0, 180, false},
+    {"turn-limit", "DEG", "turn no farther between scans, whatever the path does", 0.1, 180, false},
     {"tilt", "DEG", "largest roll and pitch", 0, 90, false},
     {"velocity", "M/S", "drive forward while scanning: scans are distorted by motion", -100, 100, false},
     {"turn-rate", "DEG/S", "turn about the sensor's z while scanning", -3600, 3600, false},
@@ -122,6 +123,7 @@ describeOptions()
   add_number(motion, "step");
   add_number(motion, "overlap");
   add_number(motion, "turn", formatNumber(std::round(defaults.trajectory.turn * kDegreesPerRadian * 10) / 10));
+  add_number(motion, "turn-limit");
   add_number(motion, "tilt", formatNumber(defaults.trajectory.tilt * kDegreesPerRadian));
   motion.add_options()("random-rotation", "give every scan in a randomly turned frame of its own");
   add_number(motion, "velocity", formatNumber(defaults.velocity));
@@ -248,7 +250,7 @@ basePlan(const Values& values)
   const std::string set = values.text("paper-set");
   checkName("paper-set", set, paperSetNames(), nullptr);
   plan = makePaperSet(set, values.has("reduced")).plan;
-  for (const char* fixed : {"scene", "sensor", "points", "step", "overlap", "turn", "tilt", "start"})
+  for (const char* fixed : {"scene", "sensor", "points", "step", "overlap", "turn", "turn-limit", "tilt", "start"})
     if (values.has(fixed))
       throw UsageError(std::string("--") + fixed + " contradicts --paper-set, which decides it");
   for (const char* fixed : {"scans", "pairs"})
@@ -289,6 +291,9 @@ choosePlan(const Values& values)
   if (plan.start > 0 && values.has("overlap"))
     throw UsageError("--start contradicts --overlap: the step depends on all scans of the walk, give --step");
   values.number("turn", plan.trajectory.turn, kDegreesPerRadian);
+  values.number("turn-limit", plan.turn_limit, kDegreesPerRadian);
+  if (values.has("turn-limit") && values.has("overlap"))
+    throw UsageError("--turn-limit contradicts --overlap, which is that of scans that look along the path");
   values.number("tilt", plan.trajectory.tilt, kDegreesPerRadian);
   values.number("velocity", plan.velocity);
   values.number("turn-rate", plan.turn_rate, kDegreesPerRadian);
