@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
+#include <apps/simulation/footprint.h>
 #include <apps/simulation/ray_caster.h>
 #include <apps/simulation/scene_builder.h>
 #include <apps/simulation/scene_makers.h>
@@ -58,7 +59,7 @@ public:
     const double radius = ends * (2.9 + 1.2 * parts::smoothNoise({u / 7, 0.5, 0.5}, seed_));
     const Vector3d out = std::cos(angle) * aside(share) + 0.85 * std::sin(angle) * Vector3d::UnitZ();
     const Vector3d plain = centre(share) + radius * out;
-    return plain + ends * relief(plain) * out.normalized();
+    return plain + std::sqrt(ends) * relief(plain) * out.normalized();
   }
 
 private:
@@ -67,7 +68,7 @@ private:
   relief(const Vector3d& at) const
   {
     return 0.38 * parts::smoothNoise(at / 2.1, seed_ + 1) + 0.22 * parts::smoothNoise(at / 0.95, seed_ + 2) +
-           0.11 * parts::smoothNoise(at / 0.45, seed_ + 3);
+           0.16 * parts::smoothNoise(at / 0.45, seed_ + 3);
   }
 
   std::uint64_t seed_;
@@ -166,11 +167,34 @@ makeCave(std::uint64_t seed)
                                      : Vector3d(0.6 * size, 0.6 * size, (kind == 1 ? 3.2 : 2.2) * size);
     parts::addBlob(b.model(), at, radii, 14, 0.1, r.next(), Stuff::Stone);
   }
-  for (int i = 0; i < 6; ++i) {
-    const double share = 0.2 + 0.12 * i;
-    const Vector3d at = shape.centre(share) + (i % 2 == 0 ? 1.15 : -1.15) * shape.aside(share);
-    const double z = groundBelow(bare, at);
-    b.scene().walk_areas.push_back({{at.x() - 0.35, at.y() - 0.35, z}, {at.x() + 0.35, at.y() + 0.35, z}});
+  // People stand where the ground is about level and nothing lies.
+  constexpr std::size_t kAreas = 6;
+  constexpr double kHalf = 0.35;
+  constexpr double kLevel = 0.4; // heights may differ so much [m]
+  const RayCaster full(b.model());
+  std::vector<WalkArea>& areas = b.scene().walk_areas;
+  for (int i = 0; i < 400 && areas.size() < kAreas; ++i) {
+    const double share = b.vary(kStart, kEnd);
+    const Vector3d at = shape.centre(share) + (b.chance(0.5) ? 1.2 : -1.2) * shape.aside(share);
+    double low = groundBelow(full, at);
+    double high = low;
+    for (const double dx : {-kHalf, -kHalf / 2, 0.0, kHalf / 2, kHalf})
+      for (const double dy : {-kHalf, -kHalf / 2, 0.0, kHalf / 2, kHalf}) {
+        const double z = groundBelow(full, at + Vector3d(dx, dy, 0));
+        low = std::min(low, z);
+        high = std::max(high, z);
+      }
+    const bool apart = std::all_of(areas.begin(), areas.end(), [&](const WalkArea& area) {
+      return ((area.lower + area.upper) / 2 - at).head<2>().norm() > 3 * kHalf;
+    });
+    const Footprint ground{at.head<2>(), {kHalf, kHalf}, 0, 0, 1};
+    const bool beside = std::all_of(path.begin(), path.end(), [&](const Vector3d& point) {
+      return distance(ground, point.head<2>(), point.head<2>()) > 0.55;
+    });
+    if (high - low > kLevel || !apart || !beside)
+      continue;
+    const double z = (low + high) / 2;
+    areas.push_back({{at.x() - kHalf, at.y() - kHalf, z}, {at.x() + kHalf, at.y() + kHalf, z}});
   }
   return b.finish("winding cave with chambers, boulders and stalagmites: nothing is flat", 0.8, "livox_mid360");
 }

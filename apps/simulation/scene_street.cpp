@@ -321,9 +321,9 @@ makeStreet(std::uint64_t seed)
   const double line = kKerb + 0.5;
   for (const double side : {-1.0, 1.0}) {
     const double facing = side > 0 ? kPi : 0; // towards the road
-    const auto stand = [&](const SurfaceModel& part, double x, double y, double yaw) {
+    const auto stand = [&](const SurfaceModel& part, double x, double y, double yaw, double reach = 0.2) {
       // Only the foot takes ground: crowns and arms reach over road and path.
-      const Rect foot = Rect{x, side * y, x, side * y}.grown(0.2);
+      const Rect foot = Rect{x, side * y, x, side * y}.grown(reach);
       if (!b.isFree(foot, -1, 4))
         return;
       b.block(foot, -1, 4);
@@ -336,7 +336,7 @@ makeStreet(std::uint64_t seed)
     for (double x = b.vary(4, 12); x < kLength; x += b.vary(14, 30))
       stand(parts::makeSign(r), x, line - 0.1, b.chance(0.5) ? kPi / 2 : -kPi / 2);
     for (int i = 0; i < 9; ++i)
-      stand(parts::makeBin(r), b.vary(0, kLength), kFacade - 0.75, facing + b.vary(-0.1, 0.1));
+      stand(parts::makeBin(r), b.vary(0, kLength), kFacade - 0.75, facing + b.vary(-0.1, 0.1), 0.4);
     // A cable over the street from facade to facade now and then.
     if (side > 0)
       for (double x = b.vary(10, 20); x < kLength; x += b.vary(22, 35))

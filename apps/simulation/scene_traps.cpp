@@ -256,8 +256,8 @@ makeEndlessCorridor(std::uint64_t seed)
   }
   addBar(m, kHalf, {-0.1, h - 0.06, 0.1, h}, Stuff::WhitePlastic);
   // People stand at the wall.
-  for (const double y : {-w + 0.05, w - 0.65})
-    b.scene().walk_areas.push_back({{20, y, 0}, {30, y + 0.6, 0}});
+  for (const double y : {-w + 0.15, w - 0.8})
+    b.scene().walk_areas.push_back({{20, y, 0}, {30, y + 0.65, 0}});
   return b.finish(
       "corridor with the same cross-section everywhere: the way along it cannot be observed", 0.6, "hokuyo_utm30lx");
 }
@@ -436,7 +436,9 @@ makeSlanted(std::uint64_t seed)
   for (int i = 0; i < 3; ++i) {
     const double angle = b.vary(0, 2 * kPi);
     const Vector3d foot(3.6 * std::cos(angle), 3.6 * std::sin(angle), 0);
-    parts::addPipe(m, foot, {foot.x() * 1.2, foot.y() * 0.8, 2.9}, 0.05, Stuff::Metal);
+    SurfaceModel post;
+    parts::addPipe(post, Vector3d::Zero(), {0.2 * foot.x(), -0.2 * foot.y(), 2.9}, 0.05, Stuff::Metal);
+    b.place(post, foot, 0);
   }
   for (int i = 0; i < 7; ++i)
     b.placeInside(makeSlantedBlock(r, b.vary(0.4, 0.9), b.vary(0.4, 1.1)),

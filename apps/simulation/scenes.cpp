@@ -47,6 +47,7 @@ constexpr std::array<SceneEntry, 11> kScenes = {{{"basic_model", makeBasicModel}
 constexpr double kSensorGap = 0.5;    // nothing that moves comes nearer to a sensor [m]
 constexpr double kPersonRadius = 0.3; // makePerson() keeps within it [m]
 constexpr double kPersonHeight = 2;   // [m]
+constexpr double kHandle = 0.05;      // a door's handles stand out so far [m]
 constexpr int kTries = 100;
 // Streams of random numbers of one scan.
 constexpr std::uint64_t kOrderStream = 0;
@@ -104,7 +105,7 @@ leafOf(const Door& door)
   constexpr double kHandleHeight = 1.03;
   if (door.size.z() > kHandleHeight + 0.1 && door.size.x() > 0.3) {
     T.translation() = Eigen::Vector3d(door.size.x() - 0.1, 0, kHandleHeight);
-    leaf.addBox(T, {0.12, door.size.y() + 0.1, 0.025}, parts::paint(leaf, parts::Stuff::Metal));
+    leaf.addBox(T, {0.12, door.size.y() + 2 * kHandle, 0.025}, parts::paint(leaf, parts::Stuff::Metal));
   }
   return leaf;
 }
@@ -113,10 +114,11 @@ bool
 isLeafClear(const Door& door, double yaw, const std::vector<Eigen::Vector3d>& sensors)
 {
   const Eigen::Vector2d axis(std::cos(yaw), std::sin(yaw));
+  const double gap = kSensorGap + door.size.y() / 2 + kHandle;
   return std::all_of(sensors.begin(), sensors.end(), [&](const Eigen::Vector3d& sensor) {
     const Eigen::Vector2d to = sensor.head<2>() - door.hinge.head<2>();
     const double along = std::clamp(to.dot(axis), 0.0, door.size.x());
-    return (to - along * axis).norm() >= kSensorGap;
+    return (to - along * axis).norm() >= gap;
   });
 }
 

@@ -248,12 +248,12 @@ overlapOf(const RayCaster& scene,
   const Eigen::Vector3d& target = T_world_target.translation();
   std::size_t seen = 0;
   std::size_t shared = 0;
-  for (std::size_t i = 0; i < rays; ++i) {
-    // Golden multiples: no rhythm with the rows of a pattern.
+  for (std::size_t i = 0; i < std::min(rays, beams); ++i) {
+    // All of them, or golden multiples: no rhythm with the rows of a pattern.
     double share = (static_cast<double>(i) + 0.5) * kGolden;
     share -= std::floor(share);
     const std::size_t index =
-        rays >= beams ? i % beams : std::min(beams - 1, static_cast<std::size_t>(share * static_cast<double>(beams)));
+        rays >= beams ? i : std::min(beams - 1, static_cast<std::size_t>(share * static_cast<double>(beams)));
     const Eigen::Vector3d direction = T_world_source.linear() * beamAt(sensor, index, 0).direction;
     const auto hit = scene.cast(T_world_source.translation(), direction, range.max_range);
     if (!hit || hit->distance < range.min_range)
