@@ -32,6 +32,16 @@ using ::testing::HasSubstr;
 using ::testing::StartsWith;
 using testing::TemporaryFolder;
 
+/// Whether a process runs; one that ended but that nobody has waited for does not.
+bool
+isAlive(pid_t process)
+{
+  std::ifstream in("/proc/" + std::to_string(process) + "/stat");
+  std::string number, name, state;
+  in >> number >> name >> state;
+  return !state.empty() && state != "Z";
+}
+
 struct Outcome {
   int code = -1;
   std::string output;
@@ -71,8 +81,9 @@ protected:
     io::writeFile(data_->file("dataset.json"),
                   R"({"name": "small", "success": {"rotation_deg": 2, "translation_m": 0.2}})");
     // Lots are drawn less often than in earnest: here it matters that every method runs, not that it succeeds.
-    io::writeFile(data_->file("quick.json"),
-                  R"({"ransac_iterations": 300, "sac_ia_iterations": 20, "fpcs_samples": 60, "max_seconds": 2, "go_icp_points": 60,
+    io::writeFile(
+        data_->file("quick.json"),
+        R"({"ransac_iterations": 300, "sac_ia_iterations": 20, "fpcs_samples": 60, "max_seconds": 2, "go_icp_points": 60,
                       "leaf": 0.15, "keypoint_leaf": 6})");
   }
   static void
@@ -239,7 +250,7 @@ TEST_F(BenchmarkProgram, perturbedPairsAreTheSameForEveryNumberOfJobs)
   EXPECT_EQ(one.size(), 12U);
   EXPECT_EQ(one, answers("two"));
   for (const ResultRow& row : rows("one")) {
-    EXPECT_LE(row.overlap, 0.45); // the target was cut
+    EXPECT_LT(row.overlap, 0.5); // the target was cut: nine tenths before; points at the cut find others
     ASSERT_TRUE(row.truth);
     EXPECT_GT((row.truth->matrix() - truth_.matrix()).norm(), 0.1); // ground truth follows
     if (row.method == "icp_point_to_plane") {
@@ -314,7 +325,7 @@ TEST_F(BenchmarkProgram, externalProgramsCannotHurt)
   EXPECT_LT(by_name["hungry"].peak_rss_mib, 300);
   EXPECT_LT(by_name["fails"].peak_rss_mib, 60);
   const int stray = std::stoi(io::readFile(folder.file("stray")));
-  EXPECT_NE(kill(stray, 0), 0) << "a child of the program that hung is still there";
+  EXPECT_FALSE(isAlive(stray)) << "a child of the program that hung is still there";
 }
 
 /// A run in the background.
@@ -379,7 +390,7 @@ protected:
     std::ifstream in(folder.file("started"));
     bool ended = true;
     for (pid_t process = 0; in >> process;)
-      ended = ended && kill(process, 0) != 0;
+      ended = ended && !isAlive(process);
     return ended;
   }
 };

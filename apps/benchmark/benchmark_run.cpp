@@ -28,7 +28,7 @@ namespace {
 
 constexpr std::chrono::milliseconds kTick(200); ///< between looks at the clock while nothing happens
 constexpr int kSignalExit = 128;
-constexpr int kFirstRankFailed = 3;
+enum Word { kNoWork = 0, kWork = 1 }; // of rank 0 to the others, once it has checked everything
 
 std::atomic<int> stop_signal{0}; // set by the signal handler
 
@@ -219,34 +219,48 @@ catchSignals()
   std::signal(SIGPIPE, SIG_IGN);
 }
 
-/// Rank 0 checks, then all know whether there is work.
+/// What rank 0 does. What is wrong with the input is thrown once the other ranks know, and MPI has ended in peace.
+int
+runFirstRank(const BenchmarkArguments& arguments, const MpiRanks& ranks, bool& told, std::exception_ptr& problem)
+{
+  try {
+    const BenchmarkPlan plan = makePlan(arguments);
+    ResultsStore store(arguments.out, plan.settings, arguments.resume);
+    ranks.fromFirst(kWork);
+    told = true;
+    return runFirst(arguments, plan, &ranks, store);
+  }
+  catch (...) {
+    problem = std::current_exception();
+  }
+  return 0;
+}
+
 int
 runRanks(const BenchmarkArguments& arguments)
 {
-  const MpiRanks ranks;
-  if (ranks.rank() == 0) {
-    std::optional<BenchmarkPlan> plan;
-    std::unique_ptr<ResultsStore> store;
-    try {
-      plan = makePlan(arguments);
-      store = std::make_unique<ResultsStore>(arguments.out, plan->settings, arguments.resume);
+  std::exception_ptr problem;
+  int code = 0;
+  {
+    const MpiRanks ranks;
+    if (ranks.rank() == 0) {
+      bool told = false;
+      code = runFirstRank(arguments, ranks, told, problem);
+      if (!told)
+        ranks.fromFirst(kNoWork);
     }
-    catch (...) {
-      ranks.fromFirst(kFirstRankFailed);
-      throw;
+    else if (ranks.fromFirst(kNoWork) == kWork) {
+      const BenchmarkPlan plan = makePlan(arguments);
+      ranks.work([&](const std::string& task, const MpiRanks::Send& send) {
+        TaskPool(plan, tasksOf(task))
+            .run(
+                arguments.jobs, [&send](const ResultRow& row) { send(toCsvLine(row)); }, [] {});
+      });
     }
-    ranks.fromFirst(0);
-    return runFirst(arguments, *plan, &ranks, *store);
   }
-  if (ranks.fromFirst(0) != 0)
-    return 0; // rank 0 says why
-  const BenchmarkPlan plan = makePlan(arguments);
-  ranks.work([&](const std::string& task, const MpiRanks::Send& send) {
-    TaskPool(plan, tasksOf(task))
-        .run(
-            arguments.jobs, [&send](const ResultRow& row) { send(toCsvLine(row)); }, [] {});
-  });
-  return 0;
+  if (problem)
+    std::rethrow_exception(problem);
+  return code;
 }
 
 } // namespace

@@ -5,6 +5,7 @@
 
 #include <chrono>
 #include <cstdlib>
+#include <exception>
 #include <stdexcept>
 #include <thread>
 
@@ -90,14 +91,21 @@ MpiRanks::deal(const std::vector<std::string>& tasks,
                const std::atomic<int>& stop) const
 {
   std::size_t next = 0;
+  std::exception_ptr failure;
   for (int working = count() - 1; working > 0;) {
     const mpi::status status = await(impl_->world, on_idle);
     std::string message;
     impl_->world.recv(status.source(), status.tag(), message);
     if (status.tag() == kLine) {
-      on_line(message);
+      try {
+        if (!failure)
+          on_line(message);
+      }
+      catch (...) { // thrown once nobody waits for an answer any more
+        failure = std::current_exception();
+      }
     }
-    else if (next < tasks.size() && stop.load() == 0) {
+    else if (next < tasks.size() && stop.load() == 0 && !failure) {
       impl_->world.send(status.source(), kTask, tasks[next++]);
     }
     else {
@@ -105,6 +113,8 @@ MpiRanks::deal(const std::vector<std::string>& tasks,
       --working;
     }
   }
+  if (failure)
+    std::rethrow_exception(failure);
 }
 
 void
