@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <exception>
 #include <limits>
 #include <queue>
 
@@ -21,7 +22,8 @@ constexpr double kRoughProgress = 1e-2;     ///< ICP ends with a step that lower
 constexpr double kFineProgress = 1e-9;      ///< the same, where it ended
 constexpr double kWorthPolish = 1.2;        ///< below so many times the best error
 constexpr double kInnerTolerance = 0.25;    ///< of the tolerance: to what the inner search knows a lower bound
-constexpr std::uint64_t kClockEvery = 16;   ///< cubes of translations between two looks at the clock
+constexpr double kFinestShare = 0.5;      ///< translations need not be finer than this share of what else is uncertain
+constexpr std::uint64_t kClockEvery = 16; ///< cubes of translations between two looks at the clock
 
 /// A cube that waits to be split.
 struct Node {
@@ -53,12 +55,13 @@ isPast(const std::optional<std::chrono::steady_clock::time_point>& deadline)
 
 /// What the search over translations is to find.
 struct InnerTask {
-  double range = 0;        ///< half the edge of the domain
-  double prune_above = 0;  ///< cubes with this lower bound or more are of no interest
-  double stop_below = 0;   ///< an error below this answers the question
-  double tolerance = 0;    ///< the bounds need not come closer than this
-  bool is_rigorous = true; ///< sharpen the bounds of fine cubes by exact distances
-  std::uint64_t nodes = 0; ///< at most, about
+  double range = 0;       ///< half the edge of the domain
+  double prune_above = 0; ///< cubes with this lower bound or more are of no interest
+  double stop_below = 0;  ///< an error below this answers the question
+  double tolerance = 0;   ///< the bounds need not come closer than this
+  double finest = 0;      ///< a cube with half a diagonal below this is not split
+  GoIcpProblem::Centre centre = GoIcpProblem::Centre::Likely; ///< what errors at the centres of cubes have to be
+  std::uint64_t nodes = 0;                                    ///< at most, about
   std::optional<std::chrono::steady_clock::time_point> deadline;
 };
 
@@ -87,7 +90,7 @@ searchTranslations(const GoIcpProblem& problem, const GoIcpProblem::RotatedSourc
     const Node node = queue.top();
     result.lower = std::min(node.lower, task.prune_above);
     if (node.lower >= task.prune_above || result.best < task.stop_below || result.best - node.lower <= task.tolerance ||
-        result.nodes >= task.nodes ||
+        std::sqrt(3.0) * node.cube.half < task.finest || result.nodes >= task.nodes ||
         (result.nodes / kChildren % kClockEvery == kClockEvery - 1 && isPast(task.deadline)))
       return result;
     queue.pop();
@@ -95,18 +98,19 @@ searchTranslations(const GoIcpProblem& problem, const GoIcpProblem::RotatedSourc
       Node child;
       child.cube = childOf(node.cube, c);
       child.number = ++result.nodes;
-      const GoIcpProblem::Bounds bounds = problem.bounds(source, child.cube, task.prune_above, scratch);
+      GoIcpProblem::Bounds bounds = problem.bounds(source, child.cube, task.centre, task.prune_above, scratch);
       child.lower = std::max(bounds.lower, node.lower);
       if (child.lower >= task.prune_above)
         continue;
+      if (task.centre == GoIcpProblem::Centre::AtMost && problem.isFine(source, child.cube)) {
+        bounds = problem.exactBounds(source, child.cube, task.prune_above, scratch);
+        child.lower = std::max(bounds.lower, child.lower);
+        if (child.lower >= task.prune_above)
+          continue;
+      }
       if (bounds.centre < result.best) {
         result.best = bounds.centre;
         result.translation = child.cube.centre;
-      }
-      if (task.is_rigorous && problem.isFine(source, child.cube)) {
-        child.lower = std::max(child.lower, problem.exactLowerBound(source, child.cube, task.prune_above, scratch));
-        if (child.lower >= task.prune_above)
-          continue;
       }
       queue.push(child);
     }
@@ -147,6 +151,13 @@ branchAndBound(const GoIcpProblem& problem,
       optimum.error = error;
       optimum.T = T;
     }
+  };
+  const auto tryPose = [&](const Eigen::Matrix3d& R, const Eigen::Vector3d& t, bool is_worth_it) {
+    Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+    T.linear() = R;
+    T.translation() = t;
+    if (is_worth_it || problem.error(T) < optimum.error)
+      polish(T);
   };
   polish(Eigen::Isometry3d::Identity());
   for (const Eigen::Isometry3d& start : starts)
@@ -200,30 +211,40 @@ branchAndBound(const GoIcpProblem& problem,
     upper_task.prune_above = is_coarse ? std::numeric_limits<double>::infinity() : optimum.error;
     upper_task.stop_below = 0;
     upper_task.tolerance = limits.tolerance;
-    upper_task.is_rigorous = false;
     InnerTask lower_task = task;
     lower_task.prune_above = optimum.error - limits.tolerance;
     lower_task.stop_below = lower_task.prune_above; // then the cube has to be split, however low its bound is
     lower_task.tolerance = kInnerTolerance * limits.tolerance;
+    lower_task.centre = GoIcpProblem::Centre::AtMost;
     const auto count = static_cast<std::ptrdiff_t>(trials.size());
+    std::exception_ptr failure; // out of memory
 #pragma omp parallel for num_threads(workers) schedule(dynamic, 1) if (workers > 1)
     for (std::ptrdiff_t i = 0; i < 2 * count; ++i) {
       Trial& trial = trials[static_cast<std::size_t>(i / 2)];
-      const bool is_lower = i % 2 == 1;
-      (is_lower ? trial.lower : trial.upper) =
-          searchTranslations(problem, problem.rotate(trial.cube, is_lower), is_lower ? lower_task : upper_task);
+      try {
+        const bool is_lower = i % 2 == 1;
+        const GoIcpProblem::RotatedSource rotated = problem.rotate(trial.cube, is_lower);
+        InnerTask own_task = is_lower ? lower_task : upper_task;
+        own_task.finest = kFinestShare * problem.uncertainty(rotated);
+        (is_lower ? trial.lower : trial.upper) = searchTranslations(problem, rotated, own_task);
+      }
+      catch (...) {
+#pragma omp critical(pcl_ssfr_go_icp_failure)
+        failure = std::current_exception();
+      }
     }
+    if (failure)
+      std::rethrow_exception(failure);
 
     for (const Trial& trial : trials) {
       ++optimum.rotations;
       optimum.nodes += 1 + trial.upper.nodes + trial.lower.nodes;
-      if (is_coarse || trial.upper.best < optimum.error) {
-        Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-        T.linear() = angleAxisRotation(trial.cube.centre);
-        T.translation() = trial.upper.translation;
-        if (is_coarse || problem.error(T) < optimum.error)
-          polish(T);
-      }
+      const Eigen::Matrix3d R = angleAxisRotation(trial.cube.centre);
+      if (is_coarse || trial.upper.best < optimum.error)
+        tryPose(R, trial.upper.translation, is_coarse);
+      // The nearer the cube is to a point, the nearer is this pose to what its bound promises.
+      if (trial.lower.best < lower_task.stop_below)
+        tryPose(R, trial.lower.translation, false);
     }
     for (const Trial& trial : trials) {
       Node child;

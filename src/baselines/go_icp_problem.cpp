@@ -195,7 +195,11 @@ GoIcpProblem::rotate(const SearchCube& rotations, bool uncertain) const
 }
 
 GoIcpProblem::Bounds
-GoIcpProblem::bounds(const RotatedSource& source, const SearchCube& translations, double enough, Scratch& scratch) const
+GoIcpProblem::bounds(const RotatedSource& source,
+                     const SearchCube& translations,
+                     Centre centre_is,
+                     double enough,
+                     Scratch& scratch) const
 {
   const auto count = static_cast<std::size_t>(source_.cols());
   const bool is_trimmed = kept_ < source_.cols();
@@ -206,6 +210,7 @@ GoIcpProblem::bounds(const RotatedSource& source, const SearchCube& translations
   const auto slack = static_cast<float>(transform_.slack() / voxel) + rounding;
   // 5.2: a translation of the cube is no farther than half its diagonal from the centre.
   const auto radius = static_cast<float>(std::sqrt(3.0) * translations.half / voxel) + slack;
+  const float centre_offset = centre_is == Centre::Likely ? 0.0F : slack;
   const std::array<int, 3>& size = transform_.size();
   const auto row = size[0];
   const auto slice = row * size[1]; // fewer than 2^27 voxels
@@ -235,8 +240,12 @@ GoIcpProblem::bounds(const RotatedSource& source, const SearchCube& translations
     Block certain = distance - radius; // what is left of it for any translation of the cube
     if ((outside > 0.0F).any()) {
       certain = ((distance - slack).max(0.0F).square() + outside).sqrt() + (slack - rounding - radius);
-      distance = (distance.square() + outside).sqrt();
+      if (centre_is == Centre::Likely)
+        distance = (distance.square() + outside).sqrt();
+      else
+        distance += outside.sqrt();
     }
+    distance += centre_offset;
     const Eigen::Map<const Block> turned(source.radius.data() + begin);
     const Block lower = (certain - turned).max(0.0F).square();
     const Block centre = (distance - turned).max(0.0F).square();
@@ -268,31 +277,32 @@ GoIcpProblem::bounds(const RotatedSource& source, const SearchCube& translations
   return result;
 }
 
-double
-GoIcpProblem::exactLowerBound(const RotatedSource& source,
-                              const SearchCube& translations,
-                              double enough,
-                              Scratch& scratch) const
+GoIcpProblem::Bounds
+GoIcpProblem::exactBounds(const RotatedSource& source,
+                          const SearchCube& translations,
+                          double enough,
+                          Scratch& scratch) const
 {
   const auto count = static_cast<std::size_t>(source_.cols());
   const bool is_trimmed = kept_ < source_.cols();
   const double radius = std::sqrt(3.0) * translations.half;
-  if (is_trimmed)
-    scratch.exact.resize(count);
+  const auto squared = [](double length) { return length > 0 ? length * length : 0; };
+  scratch.exact_lower.assign(count, 0);
+  scratch.exact_centre.assign(count, 0);
   double sum = 0;
   for (std::size_t i = 0; i < count; ++i) {
     const Eigen::Vector3d place = source.points.col(static_cast<Eigen::Index>(i)) + translations.centre;
-    const double distance = std::sqrt(nearest(place).squared_distance) - source.radii[i] - radius;
-    const double square = distance > 0 ? distance * distance : 0;
-    if (is_trimmed)
-      scratch.exact[i] = square;
-    sum += square;
+    const double distance = std::sqrt(nearest(place).squared_distance) - source.radii[i];
+    scratch.exact_centre[i] = squared(distance);
+    scratch.exact_lower[i] = squared(distance - radius);
+    sum += scratch.exact_lower[i];
     if (!is_trimmed && (1 - kRoundingShare) * sum > enough)
       break;
   }
-  if (is_trimmed)
-    sum = trimmedSum(scratch.exact, static_cast<std::size_t>(kept_));
-  return (1 - kRoundingShare) * sum;
+  Bounds result;
+  result.lower = (1 - kRoundingShare) * trimmedSum(scratch.exact_lower, static_cast<std::size_t>(kept_));
+  result.centre = (1 + kRoundingShare) * trimmedSum(scratch.exact_centre, static_cast<std::size_t>(kept_));
+  return result;
 }
 
 bool
@@ -301,6 +311,14 @@ GoIcpProblem::isFine(const RotatedSource& source, const SearchCube& translations
   const double radius =
       static_cast<double>(source.largest_radius) * transform_.voxelSize() + std::sqrt(3.0) * translations.half;
   return radius < kFineCube * transform_.slack();
+}
+
+double
+GoIcpProblem::uncertainty(const RotatedSource& source) const
+{
+  const double by_rotation = static_cast<double>(source.largest_radius) * transform_.voxelSize();
+  const bool is_sharp = by_rotation > 0 && by_rotation < transform_.slack();
+  return is_sharp ? by_rotation : by_rotation + transform_.slack();
 }
 
 } // namespace pcl_ssfr::baselines

@@ -50,14 +50,15 @@ public:
   /// Sums over the points kept, for a cube of translations.
   struct Bounds {
     double lower = 0;  ///< no pose of the two cubes has a lower error (5.2)
-    double centre = 0; ///< about the error at the centre of the translations, less what the rotations may gain
+    double centre = 0; ///< error at the centre of the translations, less what the rotations may gain at each point
   };
 
   /// Intermediate values of one thread.
   struct Scratch {
     std::vector<float> lower;
     std::vector<float> centre;
-    std::vector<double> exact;
+    std::vector<double> exact_lower;
+    std::vector<double> exact_centre;
   };
 
   /** \brief Prepare the error of \p source, N > 0 points, against \p target, M > 0 points, all finite.
@@ -102,20 +103,29 @@ public:
   RotatedSource
   rotate(const SearchCube& rotations, bool uncertain) const;
 
+  /// What Bounds::centre is, as far as the distance transform tells.
+  enum class Centre { Likely, AtMost };
+
   /** \brief Bounds for the rotations of \p source and the translations of a cube, from the distance transform.
    *
-   * Above \p enough the lower bound is not computed to the end, and neither is the other number.
+   * Above \p enough the lower bound is not computed to the end, and the other number means nothing.
    */
   Bounds
-  bounds(const RotatedSource& source, const SearchCube& translations, double enough, Scratch& scratch) const;
+  bounds(const RotatedSource& source, const SearchCube& translations, Centre centre, double enough, Scratch& scratch)
+      const;
 
-  /// The lower bound from exact distances: slower, and without the slack of the distance transform.
-  double
-  exactLowerBound(const RotatedSource& source, const SearchCube& translations, double enough, Scratch& scratch) const;
+  /// The same from exact distances: slower, and without the slack of the distance transform.
+  Bounds
+  exactBounds(const RotatedSource& source, const SearchCube& translations, double enough, Scratch& scratch) const;
 
   /// True when the slack of the distance transform is no longer small beside the cubes.
   bool
   isFine(const RotatedSource& source, const SearchCube& translations) const;
+
+  /// How far the bounds of a point may be off with the translation known: by the rotations, and by the distance
+  /// transform as long as no cube isFine().
+  double
+  uncertainty(const RotatedSource& source) const;
 
 private:
   /// Distance from \p x to the target.
