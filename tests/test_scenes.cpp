@@ -224,7 +224,7 @@ TEST_P(EveryScene, ThingsMoveWithinTheirAreasAndKeepAway)
   const Scene scene = makeScene(GetParam(), 2);
   const std::vector<Eigen::Vector3d> path = alongPath(scene);
   MovableOptions options;
-  options.people = 1;
+  options.people = 3;
   options.doors_move = true;
   options.moved_furniture = 1;
   for (std::size_t scan = 0; scan < 4; ++scan) {
@@ -346,6 +346,8 @@ TEST(Traps, SymmetricRoomIsItsOwnHalfTurn)
     const Scene scene = makeScene("symmetric_room", seed);
     const SurfaceModel model = surfacesAt(scene, {}, 1, 0);
     EXPECT_EQ(trianglesOf(model, false), trianglesOf(model, true)); // to the last bit
+    EXPECT_EQ(scene.loose_items.size() % 2, 0U);
+    EXPECT_TRUE(scene.doors.empty());
     const RayCaster caster(model);
     RandomStream random(seed);
     const Eigen::Matrix3d half_turn = Eigen::Vector3d(-1, -1, 1).asDiagonal();

@@ -270,6 +270,7 @@ makeApartment(std::uint64_t seed)
   furnishBath(b, bathroom);
   furnishBedroom(b, bedroom);
   furnishStudy(b, office);
+  b.addWalkAreas(living_room, 0, 1, 0.8, 1.5); // people need some room in any case
   furnishLiving(b, living_room);
   for (const Rect& room : {bedroom, office, living_room})
     b.placeAtAnyWall(parts::makeRadiator(b.vary(0.8, 1.2)), room, 0);

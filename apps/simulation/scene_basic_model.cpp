@@ -10,7 +10,6 @@ namespace {
 
 using parts::Filling;
 using parts::Opening;
-using parts::Rect;
 using parts::Stuff;
 
 constexpr double kHeight = 2.8;     // of the walls [m]

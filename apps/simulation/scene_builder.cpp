@@ -219,7 +219,7 @@ SceneBuilder::placeLoose(
   if (!inside || !isFree(footprint, kPathClearance))
     return false;
   taken_.push_back(footprint);
-  // Unless the whole room may be used, finish() looks for a walk area in it.
+  // Unless the whole room may be used, settleLooseItems() looks for a walk area in it.
   keeps_area_.push_back(whole_room);
   scene_.loose_items.push_back({part, foot, yaw, {{room.x0, room.y0, foot.z()}, {room.x1, room.y1, foot.z()}}});
   last_foot_ = foot;
@@ -268,13 +268,13 @@ SceneBuilder::addWalkAreas(const Rect& room, double z, int count, double smalles
   }
 }
 
-Scene
-SceneBuilder::finish(const std::string& description, double natural_step, const std::string& sensor)
+void
+SceneBuilder::settleLooseItems()
 {
   std::vector<LooseItem> loose;
   for (std::size_t i = 0; i < scene_.loose_items.size(); ++i) {
     LooseItem& item = scene_.loose_items[i];
-    if (i >= keeps_area_.size() || keeps_area_[i]) {
+    if (keeps_area_.at(i)) {
       loose.push_back(std::move(item));
       continue;
     }
@@ -297,6 +297,14 @@ SceneBuilder::finish(const std::string& description, double natural_step, const 
       scene_.surfaces.append(item.surfaces, parts::standAt(item.place, item.yaw));
   }
   scene_.loose_items = std::move(loose);
+  keeps_area_.assign(scene_.loose_items.size(), true);
+}
+
+Scene
+SceneBuilder::finish(const std::string& description, double natural_step, const std::string& sensor)
+{
+  keeps_area_.resize(scene_.loose_items.size(), true);
+  settleLooseItems();
   scene_.description = description;
   scene_.natural_step = natural_step;
   scene_.recommended_sensor = sensor;

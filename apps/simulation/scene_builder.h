@@ -85,6 +85,10 @@ public:
   bool
   isFree(const parts::Rect& area, double z, double height) const;
 
+  /// Give every loose item the walk area it may move in; what finds none becomes fixed. finish() does this too.
+  void
+  settleLooseItems();
+
   /// The scene, checked. \throw SimulationError when a part of it cannot be used
   Scene
   finish(const std::string& description, double natural_step, const std::string& sensor);

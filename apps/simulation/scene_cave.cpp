@@ -85,7 +85,7 @@ addCave(SurfaceModel& model, const CaveShape& shape)
   const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
   for (int i = 0; i <= kSections; ++i)
     for (int j = 0; j < kSides; ++j)
-      mesh.vertices.push_back(shape.wall(static_cast<double>(i) / kSections, 2 * kPi * j / kSides).cast<float>());
+      mesh.vertices.emplace_back(shape.wall(static_cast<double>(i) / kSections, 2 * kPi * j / kSides).cast<float>());
   const auto vertex = [&](int i, int j) { return first + static_cast<std::uint32_t>(i * kSides + j % kSides); };
   for (int i = 0; i < kSections; ++i)
     for (int j = 0; j < kSides; ++j) {

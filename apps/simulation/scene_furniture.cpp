@@ -257,14 +257,15 @@ makeKitchenRow(RandomStream& random, double width)
   block(model, left + base / 2, -0.03, 0, {base, 0.5, 0.1}, Stuff::DarkPaint);
   block(model, left + base / 2, 0.01, 0.86, {base, 0.62, 0.04}, Stuff::Stone);
   const int fields = std::max(2, static_cast<int>(std::lround(base / 0.6)));
+  const int hood = fields / 2; // instead of a cupboard
   for (int i = 0; i < fields; ++i) {
     const double x = left + base / fields * (i + 0.5);
     block(model, x, 0.29, 0.12, {base / fields - 0.01, 0.02, 0.72}, Stuff::LightPaint);
     block(model, x, 0.31, 0.76, {0.2, 0.02, 0.015}, Stuff::Metal);
-    if (i != fields / 2)
+    if (i != hood)
       block(model, x, -0.13, 1.42, {base / fields - 0.005, 0.34, 0.66}, Stuff::LightPaint);
   }
-  const double middle = left + base / fields * (fields / 2 + 0.5);
+  const double middle = left + base / fields * (hood + 0.5);
   addHexahedron(
       model,
       {{middle - 0.3, -0.3, 1.55}, {middle + 0.3, -0.3, 1.55}, {middle + 0.3, 0.15, 1.55}, {middle - 0.3, 0.15, 1.55}},

@@ -28,6 +28,7 @@ rowOf(double length, double spacing, double width, double bottom, double top, Fi
 {
   std::vector<Opening> openings;
   const int count = static_cast<int>(std::floor(length / spacing));
+  openings.reserve(static_cast<std::size_t>(count));
   for (int i = 0; i < count; ++i)
     openings.push_back({length * (i + 0.5) / count, width, bottom, top, filling, 1, false});
   return openings;

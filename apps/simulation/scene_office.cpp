@@ -19,7 +19,6 @@ using parts::kPi;
 using parts::Opening;
 using parts::Rect;
 using parts::Stuff;
-using parts::Wall;
 
 constexpr double kOuter = 0.3;     // thickness of outer walls [m]
 constexpr double kInner = 0.12;    // and of inner ones [m]

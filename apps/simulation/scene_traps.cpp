@@ -305,6 +305,7 @@ makeSymmetricRoom(std::uint64_t seed)
   b.model().append(parts::makePendantLamp(r), parts::standAt({x / 2, b.vary(-0.5, 0.5), h}));
   b.addWalkAreas(half, 0, 2, 0.7, 1.6);
   b.placeLooseInside(parts::makeBox(r), half, 0);
+  b.settleLooseItems();
 
   const SurfaceModel other = halfTurn(b.model());
   b.model().append(other);
@@ -432,6 +433,7 @@ makeSlanted(std::uint64_t seed)
                   inside - half * aside + high * up + skew * aside},
                  parts::paint(m, i % 2 == 0 ? Stuff::Glass : Stuff::DarkWood));
   }
+  b.addWalkAreas({-kRoom, -kRoom, kRoom, kRoom}, 0, 3, 0.8, 1.6);
   // Leaning posts and oblique lumps.
   for (int i = 0; i < 3; ++i) {
     const double angle = b.vary(0, 2 * kPi);
@@ -444,7 +446,7 @@ makeSlanted(std::uint64_t seed)
     b.placeInside(makeSlantedBlock(r, b.vary(0.4, 0.9), b.vary(0.4, 1.1)),
                   {-kRoom - 0.6, -kRoom - 0.6, kRoom + 0.6, kRoom + 0.6},
                   0);
-  b.addWalkAreas({-kRoom, -kRoom, kRoom, kRoom}, 0, 3, 0.65, 1.4);
+  b.addWalkAreas({-kRoom, -kRoom, kRoom, kRoom}, 0, 3, 0.7, 2);
   for (int i = 0; i < 3; ++i)
     b.placeLooseInside(makeSlantedBlock(r, 0.45, 0.4), {-kRoom, -kRoom, kRoom, kRoom}, 0);
   return b.finish(

@@ -284,6 +284,7 @@ std::vector<std::string>
 sceneNames()
 {
   std::vector<std::string> names;
+  names.reserve(kScenes.size());
   for (const SceneEntry& entry : kScenes)
     names.emplace_back(entry.name);
   return names;
@@ -352,6 +353,41 @@ surfacesAt(const Scene& scene,
   for (std::size_t i = 0; i < items; ++i)
     if (!moves[i])
       put(scene.loose_items[i], scene.loose_items[i].place, scene.loose_items[i].yaw);
+  // Each person in an area chosen by its size. They come before the things that move: those can stay where they are.
+  SurfaceModel people;
+  double total = 0;
+  for (const WalkArea& area : scene.walk_areas)
+    total += (area.upper - area.lower).head<2>().prod();
+  for (int i = 0; i < options.people; ++i) {
+    RandomStream random(seed, stream, kPersonStream + static_cast<std::uint64_t>(i));
+    bool stands = false;
+    for (int j = 0; j < kTries && !stands && total > 0; ++j) {
+      double rest = random.uniform(0, total);
+      std::size_t chosen = 0;
+      while (chosen + 1 < scene.walk_areas.size()) {
+        const WalkArea& area = scene.walk_areas[chosen];
+        rest -= (area.upper - area.lower).head<2>().prod();
+        if (rest < 0)
+          break;
+        ++chosen;
+      }
+      const auto place = pointIn(scene.walk_areas[chosen], Eigen::Vector2d::Constant(kPersonRadius), random);
+      if (!place)
+        continue;
+      const Footprint ground{
+          place->head<2>(), Eigen::Vector2d::Constant(kPersonRadius), 0, place->z(), place->z() + kPersonHeight};
+      if (!isClear(ground, taken, sensors))
+        continue;
+      taken.push_back(ground);
+      const double yaw = random.uniform(-kPi, kPi);
+      people.append(parts::makePerson(random), parts::standAt(*place, yaw));
+      stands = true;
+    }
+    if (!stands)
+      throw SimulationError("people is " + std::to_string(options.people) + ", but scene '" + scene.name +
+                            "' has room for only " + std::to_string(i) + " of them in scan " + std::to_string(scan));
+  }
+
   for (std::size_t i = 0; i < items; ++i) {
     if (!moves[i])
       continue;
@@ -385,39 +421,7 @@ surfacesAt(const Scene& scene,
     model.append(leafOf(door), parts::standAt(door.hinge, yaw));
   }
 
-  // Each person in an area chosen by its size.
-  double total = 0;
-  for (const WalkArea& area : scene.walk_areas)
-    total += (area.upper - area.lower).head<2>().prod();
-  for (int i = 0; i < options.people; ++i) {
-    RandomStream random(seed, stream, kPersonStream + static_cast<std::uint64_t>(i));
-    bool stands = false;
-    for (int j = 0; j < kTries && !stands && total > 0; ++j) {
-      double rest = random.uniform(0, total);
-      std::size_t chosen = 0;
-      while (chosen + 1 < scene.walk_areas.size()) {
-        const WalkArea& area = scene.walk_areas[chosen];
-        rest -= (area.upper - area.lower).head<2>().prod();
-        if (rest < 0)
-          break;
-        ++chosen;
-      }
-      const auto place = pointIn(scene.walk_areas[chosen], Eigen::Vector2d::Constant(kPersonRadius), random);
-      if (!place)
-        continue;
-      const Footprint ground{
-          place->head<2>(), Eigen::Vector2d::Constant(kPersonRadius), 0, place->z(), place->z() + kPersonHeight};
-      if (!isClear(ground, taken, sensors))
-        continue;
-      taken.push_back(ground);
-      const double yaw = random.uniform(-kPi, kPi);
-      model.append(parts::makePerson(random), parts::standAt(*place, yaw));
-      stands = true;
-    }
-    if (!stands)
-      throw SimulationError("people is " + std::to_string(options.people) + ", but scene '" + scene.name +
-                            "' has room for only " + std::to_string(i) + " of them in scan " + std::to_string(scan));
-  }
+  model.append(people);
   return model;
 }
 
