@@ -40,7 +40,7 @@ parse(const std::vector<std::string>& arguments)
 }
 
 std::string
-usageError(std::vector<std::string> arguments)
+usageError(const std::vector<std::string>& arguments)
 {
   try {
     parse(arguments);
@@ -220,11 +220,11 @@ protected:
   Outcome
   run(const std::string& arguments, const std::string& before = "") const
   {
-    const std::string command = before + "'" + PCL_SSFR_SIMULATE + "' " + arguments + " >'" + folder.file("stdout") +
-                                "' 2>'" + folder.file("stderr") + "'";
+    const std::string command = before + "'" + PCL_SSFR_SIMULATE + "' " + arguments + " >'" + folder_.file("stdout") +
+                                "' 2>'" + folder_.file("stderr") + "'";
     const int status = std::system(command.c_str());
     EXPECT_TRUE(WIFEXITED(status)) << command;
-    return {WEXITSTATUS(status), io::readFile(folder.file("stdout")), io::readFile(folder.file("stderr"))};
+    return {WEXITSTATUS(status), io::readFile(folder_.file("stdout")), io::readFile(folder_.file("stderr"))};
   }
 
   /// All files of a dataset, by name.
@@ -232,20 +232,20 @@ protected:
   contentOf(const std::string& name) const
   {
     std::vector<fs::path> files;
-    for (const auto& entry : fs::recursive_directory_iterator(folder.file(name)))
+    for (const auto& entry : fs::recursive_directory_iterator(folder_.file(name)))
       if (entry.is_regular_file())
         files.push_back(entry.path());
     std::sort(files.begin(), files.end());
     std::string content;
     for (const fs::path& file : files)
-      content += fs::relative(file, folder.file(name)).string() + "\n" + io::readFile(file.string());
+      content += fs::relative(file, folder_.file(name)).string() + "\n" + io::readFile(file.string());
     return content;
   }
 
   double
   meanPoints(const std::string& name) const
   {
-    return nlohmann::json::parse(io::readFile(folder.file(name + "/dataset.json")))["mean_points"].get<double>();
+    return nlohmann::json::parse(io::readFile(folder_.file(name + "/dataset.json")))["mean_points"].get<double>();
   }
 
   /// Names in the folder besides what run() puts there.
@@ -253,13 +253,13 @@ protected:
   leftOver() const
   {
     std::vector<std::string> names;
-    for (const auto& entry : fs::directory_iterator(folder.file("")))
+    for (const auto& entry : fs::directory_iterator(folder_.file("")))
       if (entry.path().filename() != "stdout" && entry.path().filename() != "stderr")
         names.push_back(entry.path().filename().string());
     return names;
   }
 
-  TemporaryFolder folder;
+  TemporaryFolder folder_;
 };
 
 TEST_F(Program, helpVersionAndList)
@@ -297,8 +297,8 @@ TEST_F(Program, helpVersionAndList)
 
 TEST_F(Program, everyErrorIsOneLineAndLeavesNothing)
 {
-  io::writeFile(folder.file("stdout"), "");
-  const std::string files = folder.file("files");
+  io::writeFile(folder_.file("stdout"), "");
+  const std::string files = folder_.file("files");
   fs::create_directories(files);
   io::writeFile(files + "/empty.obj", "# nothing\n");
   io::writeFile(files + "/nan.obj", "v 0 0 0\nv 1 0 nan\nv 0 1 0\nf 1 2 3\n");
@@ -308,7 +308,7 @@ TEST_F(Program, everyErrorIsOneLineAndLeavesNothing)
     int code;
     std::string named;
   };
-  const std::string out = " --out " + folder.file("set");
+  const std::string out = " --out " + folder_.file("set");
   const Case cases[] = {
       {"", 2, "--scene"},
       {"--scene castle" + out, 2, "castle"},
@@ -340,18 +340,18 @@ TEST_F(Program, everyErrorIsOneLineAndLeavesNothing)
 TEST_F(Program, aFullDiskIsAnErrorAndLeavesNothing)
 {
   // Files may have 64 blocks of 512 bytes at most.
-  const Outcome result =
-      run("--scene basic_model --sensor velodyne_vlp16 --points 20000 --out " + folder.file("a/set"), "ulimit -f 64; ");
+  const Outcome result = run(
+      "--scene basic_model --sensor velodyne_vlp16 --points 20000 --out " + folder_.file("a/set"), "ulimit -f 64; ");
   EXPECT_EQ(result.code, 3);
   EXPECT_THAT(
       result.errors,
-      AllOf(StartsWith("ssfr_simulate: " + folder.file("a/set/scans/scan000.pcd")), HasSubstr("cannot be written")));
+      AllOf(StartsWith("ssfr_simulate: " + folder_.file("a/set/scans/scan000.pcd")), HasSubstr("cannot be written")));
   EXPECT_THAT(leftOver(), ::testing::IsEmpty());
 }
 
 TEST_F(Program, anInterruptionLeavesNothing)
 {
-  const std::string out = folder.file("a/set");
+  const std::string out = folder_.file("a/set");
   const pid_t child = fork();
   if (child == 0) {
     std::signal(SIGINT, SIG_DFL);
@@ -374,7 +374,7 @@ TEST_F(Program, anInterruptionLeavesNothing)
   // Wait until a scan is being written.
   const auto started = [&] {
     std::error_code ignored;
-    for (const auto& entry : fs::recursive_directory_iterator(folder.file(""), ignored))
+    for (const auto& entry : fs::recursive_directory_iterator(folder_.file(""), ignored))
       if (entry.path().extension() == ".pcd")
         return true;
     return false;
@@ -394,22 +394,22 @@ TEST_F(Program, sensorsPrintAndReadBack)
   const Outcome first = run("--print-sensor velodyne_vlp16");
   ASSERT_EQ(first.code, 0) << first.errors;
   EXPECT_EQ(nlohmann::json::parse(first.output)["name"], "velodyne_vlp16");
-  io::writeFile(folder.file("mine.json"), first.output);
-  EXPECT_EQ(run("--print-sensor " + folder.file("mine.json")).output, first.output);
+  io::writeFile(folder_.file("mine.json"), first.output);
+  EXPECT_EQ(run("--print-sensor " + folder_.file("mine.json")).output, first.output);
 }
 
 TEST_F(Program, writesADatasetThatReadsBack)
 {
   const Outcome result =
-      run("--scene basic_model --sensor velodyne_vlp16 --scans 4 --pairs all --people 2 --out " + folder.file("set"));
+      run("--scene basic_model --sensor velodyne_vlp16 --scans 4 --pairs all --people 2 --out " + folder_.file("set"));
   ASSERT_EQ(result.code, 0) << result.errors;
   EXPECT_EQ(result.errors, "");
-  EXPECT_THAT(result.output, AllOf(StartsWith("Wrote " + folder.file("set")), HasSubstr("pairs   6:")));
-  const io::DatasetFolder set = io::readDatasetFolder(folder.file("set"));
+  EXPECT_THAT(result.output, AllOf(StartsWith("Wrote " + folder_.file("set")), HasSubstr("pairs   6:")));
+  const io::DatasetFolder set = io::readDatasetFolder(folder_.file("set"));
   EXPECT_TRUE(set.sensor_at_origin);
   EXPECT_EQ(set.sensor, "velodyne_vlp16");
   EXPECT_EQ(set.pairs.size(), 6U);
-  const auto description = nlohmann::json::parse(io::readFile(folder.file("set/dataset.json")));
+  const auto description = nlohmann::json::parse(io::readFile(folder_.file("set/dataset.json")));
   for (const char* key : {"name", "sensor", "viewpoint", "success", "note"})
     EXPECT_TRUE(description.contains(key)) << key;
   EXPECT_EQ(description["viewpoint"], "sensor");
@@ -424,9 +424,9 @@ TEST_F(Program, theSameSeedGivesTheSameBytesForAnyThreads)
 {
   const std::string arguments = "--quiet --scene apartment --sensor velodyne_vlp16 --points 20000 --scans 3 --people 2 "
                                 "--doors --random-rotation --out ";
-  ASSERT_EQ(run(arguments + folder.file("one") + " --threads 1").code, 0);
-  ASSERT_EQ(run(arguments + folder.file("two") + " --threads 2").code, 0);
-  ASSERT_EQ(run(arguments + folder.file("other") + " --seed 2").code, 0);
+  ASSERT_EQ(run(arguments + folder_.file("one") + " --threads 1").code, 0);
+  ASSERT_EQ(run(arguments + folder_.file("two") + " --threads 2").code, 0);
+  ASSERT_EQ(run(arguments + folder_.file("other") + " --seed 2").code, 0);
   EXPECT_GT(contentOf("one").size(), 300000U);
   EXPECT_TRUE(contentOf("one") == contentOf("two"));
   EXPECT_FALSE(contentOf("one") == contentOf("other"));
@@ -435,21 +435,21 @@ TEST_F(Program, theSameSeedGivesTheSameBytesForAnyThreads)
 TEST_F(Program, aWalkCanBeWrittenInParts)
 {
   const std::string arguments = "--quiet --scene basic_model --sensor velodyne_vlp16 --points 5000 --out ";
-  ASSERT_EQ(run(arguments + folder.file("all") + " --scans 4").code, 0);
-  ASSERT_EQ(run(arguments + folder.file("part") + " --scans 2 --start 2").code, 0);
+  ASSERT_EQ(run(arguments + folder_.file("all") + " --scans 4").code, 0);
+  ASSERT_EQ(run(arguments + folder_.file("part") + " --scans 2 --start 2").code, 0);
   for (const char* scan : {"/scans/scan002.pcd", "/scans/scan003.pcd"})
-    EXPECT_TRUE(io::readFile(folder.file("all") + scan) == io::readFile(folder.file("part") + scan)) << scan;
+    EXPECT_TRUE(io::readFile(folder_.file("all") + scan) == io::readFile(folder_.file("part") + scan)) << scan;
 }
 
 TEST_F(Program, turnsCanBeLimited)
 {
   // Back and forth: without a limit the sensor turns round at the ends of its path.
   const std::string arguments = "--quiet --scene basic_model --sensor velodyne_vlp16 --points 500 --scans 40 --out ";
-  ASSERT_EQ(run(arguments + folder.file("free")).code, 0);
-  ASSERT_EQ(run(arguments + folder.file("limited") + " --turn-limit 20").code, 0);
+  ASSERT_EQ(run(arguments + folder_.file("free")).code, 0);
+  ASSERT_EQ(run(arguments + folder_.file("limited") + " --turn-limit 20").code, 0);
   const auto largest = [&](const char* name) {
     double angle = 0;
-    for (const io::ScanPair& pair : io::readDatasetFolder(folder.file(name)).pairs)
+    for (const io::ScanPair& pair : io::readDatasetFolder(folder_.file(name)).pairs)
       angle = std::max(angle, Eigen::AngleAxisd(pair.T_target_source.linear()).angle() * 180 / M_PI);
     return angle;
   };
@@ -459,22 +459,22 @@ TEST_F(Program, turnsCanBeLimited)
 
 TEST_F(Program, quietIsQuiet)
 {
-  const Outcome result = run("--quiet --scene basic_model --points 2000 --scans 1 --out " + folder.file("set"));
+  const Outcome result = run("--quiet --scene basic_model --points 2000 --scans 1 --out " + folder_.file("set"));
   EXPECT_EQ(result.code, 0);
   EXPECT_EQ(result.output + result.errors, "");
-  EXPECT_EQ(io::readFile(folder.file("set/pairs.csv")).find('\n') + 1,
-            io::readFile(folder.file("set/pairs.csv")).size()); // one scan has no pair
+  EXPECT_EQ(io::readFile(folder_.file("set/pairs.csv")).find('\n') + 1,
+            io::readFile(folder_.file("set/pairs.csv")).size()); // one scan has no pair
 }
 
 TEST_F(Program, randomRotationTurnsTheFramesAndKeepsTheScene)
 {
   const std::string arguments = "--quiet --scene basic_model --sensor velodyne_vlp16 --points 3000 --scans 2 --out ";
-  ASSERT_EQ(run(arguments + folder.file("plain")).code, 0);
-  ASSERT_EQ(run(arguments + folder.file("turned") + " --random-rotation").code, 0);
-  const auto plain = io::readDatasetFolder(folder.file("plain"));
-  const auto turned = io::readDatasetFolder(folder.file("turned"));
+  ASSERT_EQ(run(arguments + folder_.file("plain")).code, 0);
+  ASSERT_EQ(run(arguments + folder_.file("turned") + " --random-rotation").code, 0);
+  const auto plain = io::readDatasetFolder(folder_.file("plain"));
+  const auto turned = io::readDatasetFolder(folder_.file("turned"));
   const auto load = [&](const char* set, const std::string& scan) {
-    return io::loadCloud(io::scanPath(folder.file(set), scan));
+    return io::loadCloud(io::scanPath(folder_.file(set), scan));
   };
   const auto a = load("plain", plain.pairs[0].source);
   const auto b = load("turned", turned.pairs[0].source);
@@ -498,17 +498,17 @@ TEST_F(Program, randomRotationTurnsTheFramesAndKeepsTheScene)
 TEST_F(Program, meshesAreScenes)
 {
   // A room of 8 by 6 by 3 m as a cube of quadrilaterals.
-  io::writeFile(folder.file("room.obj"),
+  io::writeFile(folder_.file("room.obj"),
                 "v 0 0 0\nv 8 0 0\nv 8 6 0\nv 0 6 0\nv 0 0 3\nv 8 0 3\nv 8 6 3\nv 0 6 3\n"
                 "f 1 2 3 4\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n");
   const Outcome result =
-      run("--scene " + folder.file("room.obj") + " --sensor leica_p20 --points 5000 --no-noise --out " +
-          folder.file("set") + " --pictures " + folder.file("pictures"));
+      run("--scene " + folder_.file("room.obj") + " --sensor leica_p20 --points 5000 --no-noise --out " +
+          folder_.file("set") + " --pictures " + folder_.file("pictures"));
   ASSERT_EQ(result.code, 0) << result.errors;
-  const auto set = io::readDatasetFolder(folder.file("set"));
+  const auto set = io::readDatasetFolder(folder_.file("set"));
   EXPECT_EQ(set.name, "room_leica_p20");
   ASSERT_EQ(set.pairs.size(), 1U);
-  const std::string png = io::readFile(folder.file("pictures/room.png"));
+  const std::string png = io::readFile(folder_.file("pictures/room.png"));
   EXPECT_EQ(png.substr(1, 3), "PNG");
 }
 
@@ -516,24 +516,24 @@ TEST_F(Program, reducedPaperSetsHaveTheirPointsAndAreSmall)
 {
   for (const std::string& name : paperSetNames()) {
     SCOPED_TRACE(name);
-    const Outcome result = run("--paper-set " + name + " --reduced --out " + folder.file(name));
+    const Outcome result = run("--paper-set " + name + " --reduced --out " + folder_.file(name));
     ASSERT_EQ(result.code, 0) << result.errors;
     const DatasetPlan plan = makePaperSet(name, true).plan;
     EXPECT_NEAR(meanPoints(name) / static_cast<double>(plan.points), 1, 0.02);
     std::size_t scans = 0;
-    for (const auto& entry : fs::directory_iterator(folder.file(name + "/scans"))) {
+    for (const auto& entry : fs::directory_iterator(folder_.file(name + "/scans"))) {
       EXPECT_LT(fs::file_size(entry.path()), 2000000U) << entry.path();
       ++scans;
     }
     EXPECT_EQ(scans, name == "basic_model" ? 4U : 3U);
-    EXPECT_EQ(io::readDatasetFolder(folder.file(name)).pairs.size(), scans - 1);
+    EXPECT_EQ(io::readDatasetFolder(folder_.file(name)).pairs.size(), scans - 1);
   }
 }
 
 TEST_F(Program, theBasicModelHasThreeGrowingMotionsOntoOneTarget)
 {
-  ASSERT_EQ(run("--quiet --paper-set basic_model --reduced --out " + folder.file("set")).code, 0);
-  const auto set = io::readDatasetFolder(folder.file("set"));
+  ASSERT_EQ(run("--quiet --paper-set basic_model --reduced --out " + folder_.file("set")).code, 0);
+  const auto set = io::readDatasetFolder(folder_.file("set"));
   ASSERT_EQ(set.pairs.size(), 3U);
   double angle = 0;
   double length = 0;
