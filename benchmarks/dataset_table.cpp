@@ -3,10 +3,13 @@
 
 // Success, accuracy and time of a method on every pair of dataset folders (pairs.csv beside the scans).
 
+#include "scan_loader.h"
+
+#include <apps/io/dataset_folder.h>
+
 #include <pcl_ssfr/pipeline.h>
 
 #include <pcl/features/normal_3d_omp.h>
-#include <pcl/io/pcd_io.h>
 #include <pcl/point_types.h>
 #include <pcl/registration/icp.h>
 
@@ -17,11 +20,9 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <iostream>
 #include <map>
 #include <random>
-#include <sstream>
 #include <string>
 #include <vector>
 
@@ -36,10 +37,7 @@ constexpr double kMaxTranslationError = 0.3; // ... and [m]
 constexpr double kTwoPi = 6.283185307179586;
 constexpr double kDegrees = 360 / kTwoPi;
 
-struct Pair {
-  std::string source, target;
-  Eigen::Isometry3d T_target_source = Eigen::Isometry3d::Identity();
-};
+using Pair = pcl_ssfr::io::ScanPair;
 
 struct Settings {
   std::string method = "ssfr";
@@ -65,59 +63,6 @@ struct Outcome {
   bool success = false;
   std::vector<bool> right_candidates;
 };
-
-std::vector<std::string>
-splitCommas(const std::string& line)
-{
-  std::vector<std::string> fields;
-  std::stringstream stream(line);
-  for (std::string field; std::getline(stream, field, ',');)
-    fields.push_back(field);
-  return fields;
-}
-
-std::vector<Pair>
-readPairs(const fs::path& file)
-{
-  std::ifstream in(file);
-  if (!in)
-    throw std::runtime_error(file.string() + ": cannot be read");
-  std::string line;
-  std::getline(in, line);
-  std::map<std::string, std::size_t> column;
-  for (const std::string& name : splitCommas(line))
-    column.emplace(name, column.size());
-  std::vector<Pair> pairs;
-  for (int number = 2; std::getline(in, line); ++number) {
-    if (line.empty())
-      continue;
-    const std::vector<std::string> fields = splitCommas(line);
-    Pair pair;
-    try {
-      pair.source = fields.at(column.at("source"));
-      pair.target = fields.at(column.at("target"));
-      for (int r = 0; r < 3; ++r)
-        for (int c = 0; c < 4; ++c)
-          pair.T_target_source.matrix()(r, c) =
-              std::stod(fields.at(column.at("T" + std::to_string(r) + std::to_string(c))));
-    }
-    catch (const std::exception&) {
-      throw std::runtime_error(file.string() + ":" + std::to_string(number) + ": not a pair: " + line);
-    }
-    pairs.push_back(pair);
-  }
-  return pairs;
-}
-
-Cloud::Ptr
-loadScan(const fs::path& folder, const std::string& name)
-{
-  auto cloud = pcl::make_shared<Cloud>();
-  const fs::path file = fs::exists(folder / name) ? folder / name : folder / "scans" / name;
-  if (pcl::io::loadPCDFile(file.string(), *cloud) < 0)
-    throw std::runtime_error(file.string() + ": cannot be read");
-  return cloud;
-}
 
 Cloud::Ptr
 moved(const Cloud& cloud, const Eigen::Isometry3d& T)
@@ -211,8 +156,9 @@ judge(const Eigen::Isometry3d& estimate, const Eigen::Isometry3d& truth, double&
 Outcome
 runPair(const fs::path& folder, const Pair& pair, std::size_t number, const Settings& settings)
 {
-  Cloud::Ptr source = loadScan(folder, pair.source);
-  Cloud::Ptr target = loadScan(settings.unrelated ? settings.target_folder : folder, pair.target);
+  Cloud::Ptr source = pcl_ssfr::benchmarks::loadScan(folder.string(), pair.source);
+  Cloud::Ptr target =
+      pcl_ssfr::benchmarks::loadScan((settings.unrelated ? settings.target_folder : folder).string(), pair.target);
   std::mt19937_64 rng(settings.seed * 1000003u + number);
   Eigen::Isometry3d motion = settings.turn ? randomRotation(rng) : Eigen::Isometry3d::Identity();
   Eigen::Isometry3d target_motion = Eigen::Isometry3d::Identity();
@@ -311,7 +257,7 @@ compare(const std::vector<std::string>& folders, Settings settings)
   const auto cell = [](const Totals& t) { std::printf(" %zu / %zu |", t.solved, t.pairs); };
   for (const std::string& name : folders) {
     const fs::path folder(name);
-    const std::vector<Pair> pairs = readPairs(folder / "pairs.csv");
+    const std::vector<Pair> pairs = pcl_ssfr::io::readDatasetFolder(folder.string()).pairs;
     std::printf("| %s |", fs::weakly_canonical(folder).filename().c_str());
     Totals ours;
     std::size_t wrong = 0;
@@ -366,10 +312,10 @@ run(const std::vector<std::string>& folders, Settings settings)
                 settings.threads);
   for (std::size_t f = 0; f < folders.size(); ++f) {
     const fs::path folder(folders[f]);
-    std::vector<Pair> pairs = readPairs(folder / "pairs.csv");
+    std::vector<Pair> pairs = pcl_ssfr::io::readDatasetFolder(folder.string()).pairs;
     if (settings.unrelated) {
       settings.target_folder = folders[(f + 1) % folders.size()];
-      const std::vector<Pair> others = readPairs(settings.target_folder / "pairs.csv");
+      const std::vector<Pair> others = pcl_ssfr::io::readDatasetFolder(settings.target_folder.string()).pairs;
       for (std::size_t i = 0; i < pairs.size(); ++i)
         pairs[i].target = others[i % others.size()].target;
     }

@@ -4,8 +4,10 @@
 // Time of a whole registration against two yardsticks of PCL on the same raw clouds, in the same run; and how the time
 // of each stage grows with the number of points. See `speed_ratio --help`.
 
-#include "dataset_folder.h"
+#include "scan_loader.h"
 #include "synthetic_scene.h"
+
+#include <apps/io/dataset_folder.h>
 
 #include <pcl_ssfr/pipeline.h>
 
@@ -193,7 +195,7 @@ struct PairTimes {
 };
 
 PairTimes
-timePair(const std::string& folder, const benchmarks::ScanPair& pair, const Options& options, const Settings& settings)
+timePair(const std::string& folder, const io::ScanPair& pair, const Options& options, const Settings& settings)
 {
   const Cloud::Ptr source = benchmarks::loadScan(folder, pair.source);
   const Cloud::Ptr target = benchmarks::loadScan(folder, pair.target);
@@ -244,7 +246,7 @@ printRatios(const Settings& settings, const Options& options)
               "registration / normals | registration / ICP 10 | registration / ICP 50 |\n"
               "|---|---|---|---|---|---|---|---|---|---|\n");
   for (const std::string& folder : settings.datasets) {
-    const std::vector<benchmarks::ScanPair> pairs = benchmarks::readPairs(folder);
+    const std::vector<io::ScanPair> pairs = io::readDatasetFolder(folder).pairs;
     const std::size_t count = std::min(pairs.size(), static_cast<std::size_t>(settings.pairs));
     std::vector<PairTimes> times;
     for (std::size_t i = 0; i < count; ++i)
