@@ -347,6 +347,40 @@ PairExtractor::extract(double length, double tolerance, unsigned threads) const
   return pairs;
 }
 
+SegmentNormals
+measureNormals(const Points3& points, const Points3& normals, const PointPair& pair)
+{
+  const auto angle = [](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+    const double scale = a.norm() * b.norm();
+    return scale > 0 ? std::acos(std::min(std::abs(a.dot(b)) / scale, 1.0)) : std::numeric_limits<double>::quiet_NaN();
+  };
+  const Eigen::Vector3d segment = points.col(pair.second) - points.col(pair.first);
+  SegmentNormals result;
+  result.first = angle(normals.col(pair.first), segment);
+  result.second = angle(normals.col(pair.second), segment);
+  result.between = angle(normals.col(pair.first), normals.col(pair.second));
+  return result;
+}
+
+std::vector<PointPair>
+filterByNormals(const Points3& points,
+                const Points3& normals,
+                const std::vector<PointPair>& pairs,
+                const SegmentNormals& model,
+                double tolerance)
+{
+  // Written so that a NaN agrees.
+  const auto differ = [tolerance](double a, double b) { return std::abs(a - b) > tolerance; };
+  std::vector<PointPair> kept;
+  for (const PointPair& pair : pairs) {
+    const SegmentNormals angles = measureNormals(points, normals, pair);
+    if (!differ(angles.first, model.first) && !differ(angles.second, model.second) &&
+        !differ(angles.between, model.between))
+      kept.push_back(pair);
+  }
+  return kept;
+}
+
 std::vector<Quad>
 findCongruentQuads(const Points3& points,
                    const std::vector<PointPair>& first_pairs,

@@ -92,6 +92,28 @@ private:
   std::vector<Node> nodes_;
 };
 
+/// How the normals at the ends of a segment lie, their signs left aside: angles in [0, pi/2]; NaN without a normal.
+struct SegmentNormals {
+  double first = 0;   ///< between the first normal and the segment [rad]
+  double second = 0;  ///< between the second normal and the segment [rad]
+  double between = 0; ///< between the normals [rad]
+};
+
+/// The angles at the pair's ends. \p normals are unit or zero (unknown), one a point.
+SegmentNormals
+measureNormals(const Points3& points, const Points3& normals, const PointPair& pair);
+
+/** \brief The pairs whose normals lie as in \p model, within \p tolerance [rad] each, in their order; an unknown angle
+ * agrees with any. The filter of the authors' implementation, which compares the normals of pairs with those of the
+ * base.
+ */
+std::vector<PointPair>
+filterByNormals(const Points3& points,
+                const Points3& normals,
+                const std::vector<PointPair>& pairs,
+                const SegmentNormals& model,
+                double tolerance);
+
 /// How exactly a quad must agree with the base.
 struct QuadTolerance {
   double distance = 0; ///< between the crossings on the two segments, > 0 [m]

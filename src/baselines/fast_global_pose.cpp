@@ -20,11 +20,14 @@ namespace {
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 
-constexpr double kAnnealingFactor = 1.4; ///< paper, section 3.2
-constexpr int kStepsPerAnnealing = 4;    ///< paper, section 3.2
-constexpr int kMinSteps = 64;            ///< as the authors' implementation
-constexpr int kStepsAtTheEnd = 20;       ///< with mu at delta^2, unless the pose stands still before
-constexpr double kStandstill = 1e-12;    ///< step, in radians and in diameters
+constexpr double kAnnealingFactor = 1.4;  ///< paper, section 3.2
+constexpr int kStepsPerAnnealing = 4;     ///< paper, section 3.2
+constexpr int kMinSteps = 64;             ///< as the authors' implementation
+constexpr int kMaxStepsAtTheStart = 100;  ///< with mu at the squared diameter, unless the pose stands still before
+constexpr double kStartStandstill = 1e-4; ///< step, in radians and in diameters
+constexpr int kStepsAtTheEnd = 20;        ///< with mu at delta^2, unless the pose stands still before
+constexpr double kStandstill = 1e-12;     ///< step, in radians and in diameters
+constexpr double kLowerCost = 1e-9;       ///< relative; less is rounding
 constexpr std::size_t kMinMatches = 3;
 
 /// Matched points, centred and scaled so that the diameter is 1.
@@ -227,9 +230,15 @@ optimizeFastGlobalPose(const Points3& source,
       kStepsPerAnnealing * static_cast<int>(std::ceil(std::log(mu / final_mu) / std::log(kAnnealingFactor)));
   const int steps = options.iterations > 0 ? options.iterations : std::max(kMinSteps, annealing_steps + kStepsAtTheEnd);
 
+  // The paper's four steps do not always turn a scan round: anneal only once the first, almost convex problem is
+  // solved.
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-  while (result.iterations < steps) {
-    if (result.iterations > 0 && result.iterations % kStepsPerAnnealing == 0)
+  if (options.iterations == 0) {
+    while (result.iterations < kMaxStepsAtTheStart && improve(scaled, mu, T) > kStartStandstill)
+      ++result.iterations;
+  }
+  for (int i = 0; i < steps; ++i) {
+    if (i > 0 && i % kStepsPerAnnealing == 0)
       mu = std::max(mu / kAnnealingFactor, final_mu);
     const double step = improve(scaled, mu, T);
     ++result.iterations;
@@ -242,7 +251,7 @@ optimizeFastGlobalPose(const Points3& source,
     for (int i = 0; i < kStepsAtTheEnd && !(improve(scaled, final_mu, T_guess) < kStandstill); ++i)
       ++result.iterations;
     const double guess_cost = robustCost(scaled, T_guess, final_mu);
-    if (guess_cost < cost) {
+    if (guess_cost < (1 - kLowerCost) * cost) {
       T = T_guess;
       cost = guess_cost;
       mu = final_mu;

@@ -3,8 +3,9 @@
 
 #include "fpfh_features.h"
 
+#include "surface_normals.h"
+
 #include <pcl/features/fpfh_omp.h>
-#include <pcl/features/normal_3d_omp.h>
 #include <pcl/kdtree/kdtree_flann.h>
 #include <pcl/memory.h>
 #include <pcl/point_cloud.h>
@@ -20,30 +21,6 @@ namespace {
 
 using Cloud = pcl::PointCloud<pcl::PointXYZ>;
 using Histogram = Eigen::Matrix<float, 33, 1>;
-
-pcl::PointXYZ
-toPcl(const Eigen::Vector3d& point)
-{
-  return {static_cast<float>(point.x()), static_cast<float>(point.y()), static_cast<float>(point.z())};
-}
-
-/// Keep the points whose normal could be estimated: FPFH must not meet any other.
-void
-keepOriented(const pcl::PointCloud<pcl::Normal>& all,
-             Cloud& cloud,
-             pcl::PointCloud<pcl::Normal>& normals,
-             std::vector<Eigen::Index>& columns)
-{
-  Cloud kept;
-  for (std::size_t i = 0; i < cloud.size(); ++i) {
-    if (all[i].getNormalVector3fMap().allFinite()) {
-      kept.push_back(cloud[i]);
-      normals.push_back(all[i]);
-      columns.push_back(static_cast<Eigen::Index>(i));
-    }
-  }
-  cloud.swap(kept);
-}
 
 /// For each descriptor of \p queries the number of its nearest in \p cloud.
 std::vector<pcl::index_t>
@@ -83,23 +60,22 @@ computeFpfh(const Points3& points,
   features.bins.resize(33, 0);
   if (points.cols() == 0)
     return features;
+  // FPFH must not meet a point without a normal.
+  const Points3 all_normals = estimateSurfaceNormals(points, viewpoint, normal_radius, threads);
   auto cloud = pcl::make_shared<Cloud>();
-  cloud->reserve(static_cast<std::size_t>(points.cols()));
-  for (Eigen::Index i = 0; i < points.cols(); ++i)
-    cloud->push_back(toPcl(points.col(i)));
-
-  pcl::PointCloud<pcl::Normal> all_normals;
-  pcl::NormalEstimationOMP<pcl::PointXYZ, pcl::Normal> normal_estimation(threads);
-  normal_estimation.setSearchMethod(pcl::make_shared<pcl::search::KdTree<pcl::PointXYZ>>());
-  normal_estimation.setRadiusSearch(normal_radius);
-  normal_estimation.setInputCloud(cloud);
-  const Eigen::Vector3f eye = viewpoint.cast<float>();
-  normal_estimation.setViewPoint(eye.x(), eye.y(), eye.z());
-  normal_estimation.compute(all_normals);
-
   auto normals = pcl::make_shared<pcl::PointCloud<pcl::Normal>>();
   std::vector<Eigen::Index> columns;
-  keepOriented(all_normals, *cloud, *normals, columns);
+  for (Eigen::Index i = 0; i < points.cols(); ++i) {
+    if (all_normals.col(i).isZero(0))
+      continue;
+    columns.push_back(i);
+    pcl::PointXYZ point;
+    point.getVector3fMap() = points.col(i).cast<float>();
+    cloud->push_back(point);
+    pcl::Normal normal;
+    normal.getNormalVector3fMap() = all_normals.col(i).cast<float>();
+    normals->push_back(normal);
+  }
   if (cloud->empty())
     return features;
 

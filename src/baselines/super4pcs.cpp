@@ -7,6 +7,7 @@
 #include "congruent_sets.h"
 #include "lcp_verifier.h"
 #include "option_checks.h"
+#include "surface_normals.h"
 
 #include <pcl_ssfr/thinning.h>
 
@@ -15,6 +16,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <numeric>
 #include <random>
 #include <string>
 #include <vector>
@@ -23,7 +25,9 @@ namespace pcl_ssfr::baselines {
 
 namespace {
 
+constexpr double kPi = 3.14159265358979323846;
 constexpr double kThresholdPerLeaf = 1.5;
+constexpr double kNormalRadiusPerLeaf = 2;
 constexpr double kMinLcpPerOverlap = 0.75;
 constexpr double kFailureProbability = 0.01; ///< that no base lies in the overlap
 constexpr double kBaseHasQuad = 0.5;         ///< a base in the overlap has its points in the sample this often, about
@@ -46,6 +50,10 @@ validate(const Super4PcsOptions& options)
   share(options.overlap, "overlap");
   share(options.target_lcp, "target_lcp");
   checkOption(options.min_lcp >= 0 && options.min_lcp <= 1, "min_lcp", options.min_lcp, "be in [0, 1]");
+  checkOption(options.normal_tolerance > 0 && options.normal_tolerance <= kPi / 2,
+              "normal_tolerance",
+              options.normal_tolerance,
+              "be in (0, pi/2] [rad]");
   checkOption(options.sample_size >= kMinPoints, "sample_size", static_cast<double>(options.sample_size), "be >= 4");
   checkOption(options.max_quads > 0, "max_quads", static_cast<double>(options.max_quads), "be > 0");
   checkOption(options.max_bases >= 0, "max_bases", options.max_bases, "be >= 0");
@@ -62,21 +70,27 @@ basesFor(double overlap)
   return static_cast<int>(std::ceil(std::min<double>(bases, kMaxBases)));
 }
 
-/// \p count columns in random order; all of them when there are no more.
-Points3
-randomSample(const Points3& points, std::size_t count, std::mt19937_64& engine)
+/// \p count of the numbers below \p size in random order; all of them when there are no more.
+std::vector<Eigen::Index>
+randomColumns(Eigen::Index size, std::size_t count, std::mt19937_64& engine)
 {
-  std::vector<Eigen::Index> columns(static_cast<std::size_t>(points.cols()));
-  for (std::size_t i = 0; i < columns.size(); ++i)
-    columns[i] = static_cast<Eigen::Index>(i);
+  std::vector<Eigen::Index> columns(static_cast<std::size_t>(size));
+  std::iota(columns.begin(), columns.end(), Eigen::Index{0});
   const std::size_t kept = std::min(count, columns.size());
-  Points3 sample(3, static_cast<Eigen::Index>(kept));
-  for (std::size_t i = 0; i < kept; ++i) {
-    const std::size_t other = i + static_cast<std::size_t>(engine() % (columns.size() - i));
-    std::swap(columns[i], columns[other]);
-    sample.col(static_cast<Eigen::Index>(i)) = points.col(columns[i]);
-  }
-  return sample;
+  for (std::size_t i = 0; i < kept; ++i)
+    std::swap(columns[i], columns[i + static_cast<std::size_t>(engine() % (columns.size() - i))]);
+  columns.resize(kept);
+  return columns;
+}
+
+/// The named columns of a matrix.
+Points3
+columnsOf(const Points3& matrix, const std::vector<Eigen::Index>& columns)
+{
+  Points3 result(3, static_cast<Eigen::Index>(columns.size()));
+  for (Eigen::Index i = 0; i < result.cols(); ++i)
+    result.col(i) = matrix.col(columns[static_cast<std::size_t>(i)]);
+  return result;
 }
 
 /// Twice the 90th percentile of the distance to the median point.
@@ -179,7 +193,13 @@ registerSuper4Pcs(const ScanView& source,
   }
 
   std::mt19937_64 engine(options.seed);
-  const Points3 sample = randomSample(source_scan.points, options.sample_size, engine);
+  const auto normals_of = [&options](const BaselineScan& scan) {
+    return estimateSurfaceNormals(scan.points, scan.viewpoint, kNormalRadiusPerLeaf * options.leaf, options.threads);
+  };
+  const Points3 target_normals = normals_of(target_scan);
+  const std::vector<Eigen::Index> columns = randomColumns(source_scan.points.cols(), options.sample_size, engine);
+  const Points3 sample = columnsOf(source_scan.points, columns);
+  const Points3 sample_normals = columnsOf(normals_of(source_scan), columns);
   const PairExtractor extractor(sample);
   const LcpVerifier verifier(sample, target_scan.points, delta);
   const double max_diameter = options.overlap * robustDiameter(target_scan.points);
@@ -202,11 +222,18 @@ registerSuper4Pcs(const ScanView& source,
       continue;
     ++bases;
     // Both ends of a pair are off by up to delta, mostly in different directions.
-    const std::vector<PointPair> first_pairs = extractor.extract(base->first_length, delta, options.threads);
-    const std::vector<PointPair> second_pairs = extractor.extract(base->second_length, delta, options.threads);
+    const auto pairs_like = [&](Eigen::Index first, Eigen::Index second, double length) {
+      return filterByNormals(sample,
+                             sample_normals,
+                             extractor.extract(length, delta, options.threads),
+                             measureNormals(target_scan.points, target_normals, {first, second}),
+                             options.normal_tolerance);
+    };
+    const std::vector<PointPair> first_pairs = pairs_like(base->points[0], base->points[1], base->first_length);
+    const std::vector<PointPair> second_pairs = pairs_like(base->points[2], base->points[3], base->second_length);
     QuadTolerance tolerance;
     tolerance.distance = delta;
-    tolerance.angle = std::min(2 * delta / base->first_length + 2 * delta / base->second_length, kMaxAngleTolerance);
+    tolerance.angle = std::min(delta / base->first_length + delta / base->second_length, kMaxAngleTolerance);
     const std::vector<Quad> quads =
         findCongruentQuads(sample, first_pairs, second_pairs, *base, tolerance, options.threads);
     Eigen::Matrix<double, 3, 4> base_points;

@@ -22,17 +22,17 @@ namespace pcl_ssfr::baselines {
 /// Settings of Fast Global Registration; every length is in metres, and 0 where it is to follow from the data.
 struct FastGlobalOptions {
   double leaf = 0; ///< edge of the thinning voxels [m], >= 0; 0: from the scans (FastGlobalRegistration::setLeafSize)
-  double normal_radius = 0;      ///< neighbourhood of the normals [m], >= 0; 0: 2 leafs
-  double feature_radius = 0;     ///< neighbourhood of the descriptors [m], >= 0; 0: 5 leafs
-  double distance_threshold = 0; ///< delta of the paper [m], >= 0; 0: 1.5 leafs
-  double tuple_similarity = 0.9; ///< tau of the paper, (0, 1]
-  std::size_t max_tuples = 1000; ///< triples of matches that are kept, >= 1
-  int iterations = 0;            ///< Gauss-Newton steps; 0: as the annealing needs, at least 64
-  std::size_t min_inliers = 10;  ///< matches within delta that an accepted pose has at least
-  double min_inlier_ratio = 0.2; ///< their share of the matches that passed the tuple test, at least, [0, 1]
-  double min_overlap = 0.2;      ///< share of the source that lies on the target under an accepted pose, [0, 1]
-  std::uint64_t seed = 1;        ///< of the tuple test
-  unsigned threads = 1;          ///< >= 1
+  double normal_radius = 0;       ///< neighbourhood of the normals [m], >= 0; 0: 2 leafs
+  double feature_radius = 0;      ///< neighbourhood of the descriptors [m], >= 0; 0: 5 leafs
+  double distance_threshold = 0;  ///< delta of the paper [m], >= 0; 0: 1.5 leafs
+  double tuple_similarity = 0.9;  ///< tau of the paper, (0, 1]
+  std::size_t max_tuples = 1000;  ///< triples of matches that are kept, >= 1
+  int iterations = 0;             ///< Gauss-Newton steps; 0: as the annealing needs, at least 64
+  std::size_t min_inliers = 20;   ///< matches within delta that an accepted pose has at least
+  double min_inlier_ratio = 0.05; ///< their share of the matches that passed the tuple test, at least, [0, 1]
+  double min_overlap = 0.3;       ///< share of the source that lies on the target under an accepted pose, [0, 1]
+  std::uint64_t seed = 1;         ///< of the tuple test
+  unsigned threads = 1;           ///< >= 1
 };
 
 /** \brief Fast Global Registration of two scans. Points that are not finite are skipped; never throws for the sake of
@@ -58,8 +58,8 @@ registerFastGlobal(const ScanView& source,
  * more than 1/5 of that radius. Normals are estimated from the thinned points (those of the point type are not used)
  * and turned towards each cloud's `sensor_origin_`.
  *
- * The paper has no test for failure. hasConverged() is true here when, under the pose, at least 10 distinct matches and
- * 20 % of all lie within delta, are not all on one line, and 20 % of the thinned source lies within delta of the target
+ * The paper has no test for failure. hasConverged() is true here when, under the pose, at least 20 distinct matches and
+ * 5 % of all lie within delta, are not all on one line, and 30 % of the thinned source lies within delta of the target
  * (setMinInliers(), setMinOverlap()).
  *
  * setMaxCorrespondenceDistance() sets delta; setMaximumIterations() the number of Gauss-Newton steps (0, the default

@@ -26,6 +26,8 @@ struct Super4PcsOptions {
   double overlap = 0.5;          ///< estimate of the share of the source that the target saw, (0, 1]
   double target_lcp = 0.9; ///< a pose that brings this share of the source onto the target ends the search, (0, 1]
   double min_lcp = 0;      ///< share that an accepted pose has at least, [0, 1]; 0: 3/4 of overlap
+  /// Angles between normals and segments of a pair differ from the base's by no more than this, (0, pi/2] [rad]
+  double normal_tolerance = 0.5;
   std::size_t sample_size = 1000; ///< points of the source in which quads are sought, >= 4
   std::size_t max_quads = 50000;  ///< quads verified of one base: where there are more, evenly spaced ones, >= 1
   int max_bases = 0;              ///< bases tried; 0: enough for \ref overlap with a probability of 99 %
@@ -49,6 +51,7 @@ registerSuper4Pcs(const ScanView& source,
  * Wide bases of four coplanar points are drawn from the thinned target; in a sample of the thinned source all pairs as
  * long as a base's two segments are extracted by spheres rasterised in an octree, and of them all quads that an affine
  * invariant and the angle of the segments make congruent to the base are found in a grid with an index of directions.
+ * Pairs whose normals (unsigned, from the points within 2 leafs) lie otherwise than the base's are left out before.
  * The pose of each quad is verified by the share of the sample that it brings within delta of the thinned target (LCP),
  * and given up as soon as it cannot win. The best of all bases is the answer; there is no refinement in the paper, nor
  * here, so expect errors of the order of delta.
@@ -98,6 +101,14 @@ public:
   setMinLcp(double lcp)
   {
     options_.min_lcp = lcp;
+  }
+  /** \brief Pairs of points whose normals lie otherwise than the base's, by more than this angle, are left out, as in
+   * the authors' implementation; (0, pi/2] [rad], default 0.5; pi/2: normals are not looked at.
+   */
+  void
+  setNormalTolerance(double angle)
+  {
+    options_.normal_tolerance = angle;
   }
   /// Points of the source in which quads are sought; default 1000.
   void
