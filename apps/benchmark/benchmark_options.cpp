@@ -7,6 +7,7 @@
 
 #include <boost/program_options.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <sstream>
 
@@ -19,6 +20,7 @@ namespace po = boost::program_options;
 
 constexpr unsigned kHelpWidth = 100;
 constexpr unsigned kMaxJobs = 1024;
+constexpr std::uint64_t kMaxPictures = 100000;
 
 po::options_description
 describeOptions()
@@ -52,6 +54,9 @@ describeOptions()
   how.add_options()
       ("out", text("DIR"), "folder for results.csv, settings.json, summary.json, summary.md, report.html")
       ("resume", "go on with the results in DIR: what is done is not run again")
+      ("report-only", "run nothing: write the reports of the results in DIR again; with --dataset, with pictures")
+      ("pictures", text("N"), "pairs that report.html shows pictures of, those that most methods failed on first "
+       "(default: 60)")
       ("jobs", text("N"), "methods run at the same time, each in a process of its own (default: 1)")
       ("threads", text("N"), "processors of each method (default: 1; 0: all)")
       ("timeout", text("S"), "seconds after which a method is killed, loading not counted (default: 300)")
@@ -77,6 +82,22 @@ splitList(const std::string& text)
   for (std::string part; std::getline(stream, part, ',');)
     parts.push_back(part);
   return parts;
+}
+
+/// An argument as a shell would have to read it.
+std::string
+inShell(const std::string& argument)
+{
+  const auto is_plain = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+           std::string("-_./,:=+@%").find(c) != std::string::npos;
+  };
+  if (!argument.empty() && std::all_of(argument.begin(), argument.end(), is_plain))
+    return argument;
+  std::string text = "'";
+  for (const char c : argument)
+    text += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return text + "'";
 }
 
 /// Options of one value each, by name.
@@ -178,11 +199,13 @@ parseBenchmarkArguments(const std::vector<std::string>& arguments)
     return result;
   constexpr double kFar = 1e6; // [m] and [s]
   const Values values(map);
-  if (map.count("dataset") == 0)
+  result.report_only = map.count("report-only") > 0;
+  if (map.count("dataset") == 0 && !result.report_only)
     throw UsageError("--dataset is missing");
   if (map.count("out") == 0)
     throw UsageError("--out is missing");
-  result.datasets = map["dataset"].as<std::vector<std::string>>();
+  if (map.count("dataset") > 0)
+    result.datasets = map["dataset"].as<std::vector<std::string>>();
   if (map.count("methods") > 0)
     for (const std::string& list : map["methods"].as<std::vector<std::string>>())
       for (const std::string& name : splitList(list))
@@ -191,6 +214,10 @@ parseBenchmarkArguments(const std::vector<std::string>& arguments)
   result.external = values.text("external");
   result.parameters = values.text("parameters");
   result.resume = map.count("resume") > 0;
+  result.pictures = values.count("pictures", result.pictures, 0, kMaxPictures);
+  result.command = "ssfr_benchmark";
+  for (const std::string& argument : arguments)
+    result.command += " " + inShell(argument);
   result.jobs = static_cast<unsigned>(values.count("jobs", 1, 1, kMaxJobs));
   result.threads = static_cast<unsigned>(values.count("threads", 1, 0, kMaxThreads));
   result.every = values.count("every", 1, 1, std::uint64_t{1} << 40);

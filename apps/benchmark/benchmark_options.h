@@ -14,6 +14,8 @@
 namespace pcl_ssfr {
 namespace apps {
 
+constexpr std::size_t kDefaultPictures = 60; ///< some 20 kB each
+
 /// What the user of ssfr_benchmark asked for.
 struct BenchmarkArguments {
   bool help = false;    ///< print the help and stop; nothing else is set
@@ -24,6 +26,9 @@ struct BenchmarkArguments {
   std::string external;   ///< file; empty: none
   std::string parameters; ///< file; empty: none
   bool resume = false;
+  bool report_only = false;                ///< run nothing, write the reports of what is in the folder again
+  std::size_t pictures = kDefaultPictures; ///< pairs of which report.html holds pictures, at most
+  std::string command;                     ///< the whole command line, for the report
   unsigned jobs = 1;
   unsigned threads = 1; ///< of each method, 0: all processors
   std::size_t every = 1;

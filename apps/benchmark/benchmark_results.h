@@ -53,6 +53,7 @@ struct MethodSummary {
 /// All that a run found, and earlier runs in the same folder: what reports are made from.
 struct BenchmarkResults {
   nlohmann::ordered_json settings; ///< as in settings.json
+  nlohmann::ordered_json run;      ///< date, machine, command of the run that wrote last; null when they are not known
   std::vector<ResultRow> rows;     ///< sorted by dataset, variation, pair, method: as they were first asked for
   std::size_t planned = 0;         ///< rows that the run would have had; more than it has when it was stopped
   bool complete = true;

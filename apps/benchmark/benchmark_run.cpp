@@ -6,20 +6,31 @@
 #include <apps/benchmark/mpi_ranks.h>
 #include <apps/benchmark/pair_runner.h>
 #include <apps/benchmark/progress.h>
+#include <apps/benchmark/report_html.h>
+#include <apps/benchmark/report_pictures.h>
 #include <apps/benchmark/results_store.h>
 #include <apps/benchmark/summary_files.h>
+#include <apps/io/file_bytes.h>
 
+#include <algorithm>
+#include <array>
 #include <chrono>
+#include <cmath>
 #include <condition_variable>
 #include <csignal>
+#include <ctime>
 #include <deque>
 #include <exception>
+#include <filesystem>
+#include <fstream>
 #include <functional>
 #include <iostream>
 #include <map>
 #include <memory>
 #include <sstream>
+#include <sys/utsname.h>
 #include <thread>
+#include <unistd.h>
 
 namespace pcl_ssfr {
 namespace apps {
@@ -166,23 +177,112 @@ tasksOf(const std::string& message)
   return tasks;
 }
 
-/// Write the reports of everything in the folder, and show the tables.
+/// Processor, cores, memory and system in a line.
+std::string
+describeMachine()
+{
+  std::string processor;
+  std::ifstream info("/proc/cpuinfo");
+  for (std::string line; processor.empty() && std::getline(info, line);) {
+    const std::size_t colon = line.find(": ");
+    if (line.rfind("model name", 0) == 0 && colon != std::string::npos)
+      processor = line.substr(colon + 2);
+  }
+  utsname system{};
+  uname(&system);
+  constexpr double kGib = 1 << 30;
+  const double memory =
+      static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE)) / kGib;
+  std::ostringstream text;
+  text << (processor.empty() ? system.machine : processor) << ", " << std::thread::hardware_concurrency()
+       << " processors, " << std::lround(memory) << " GiB, " << system.sysname << ' ' << system.release;
+  return text.str();
+}
+
+std::string
+dateNow()
+{
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  std::array<char, 32> text{};
+  std::strftime(text.data(), text.size(), "%Y-%m-%d %H:%M UTC", &utc);
+  return text.data();
+}
+
+/// What the last run in the folder said of itself, for reports that are written again.
 void
-report(const BenchmarkArguments& arguments, const BenchmarkPlan& plan, const ResultsStore& store)
+readLastRun(const std::string& folder, BenchmarkResults& results)
+{
+  const std::string path = (std::filesystem::path(folder) / "summary.json").string();
+  std::error_code error;
+  if (!std::filesystem::exists(path, error))
+    return;
+  const auto json = nlohmann::ordered_json::parse(io::readFile(path), nullptr, false);
+  if (!json.is_object())
+    return;
+  results.run = json.value("run", nlohmann::ordered_json());
+  const auto planned = json.find("planned");
+  if (planned != json.end() && planned->is_number_unsigned())
+    results.planned = std::max(results.planned, planned->get<std::size_t>());
+  results.complete = results.planned == results.rows.size();
+}
+
+/// The reports of everything in the folder; the tables are shown. The page is there before its pictures are loaded.
+void
+writeReports(const BenchmarkArguments& arguments,
+             const BenchmarkResults& results,
+             const std::vector<io::DatasetFolder>& datasets)
+{
+  writeSummaries(arguments.out, results);
+  std::cout << summaryMarkdown(results) << std::flush;
+  writeReport(arguments.out, results, {});
+  const ReportPictures pictures = loadReportPictures(results.rows, datasets, arguments.pictures);
+  if (!pictures.pairs.empty())
+    writeReport(arguments.out, results, pictures);
+}
+
+BenchmarkResults
+summarize(const std::vector<io::DatasetFolder>& folders, const ResultsStore& store)
 {
   std::vector<std::string> datasets;
-  for (const io::DatasetFolder& dataset : plan.datasets)
+  for (const io::DatasetFolder& dataset : folders)
     datasets.push_back(dataset.name);
   std::vector<std::string> names;
   for (const Method& method : methods())
     names.push_back(method.name);
   BenchmarkResults results = summarize(store.rows(), datasets, names);
   results.settings = store.settings();
+  return results;
+}
+
+void
+report(const BenchmarkArguments& arguments, const BenchmarkPlan& plan, const ResultsStore& store)
+{
+  BenchmarkResults results = summarize(plan.datasets, store);
+  results.run = {{"date", dateNow()}, {"machine", describeMachine()}, {"command", arguments.command}};
   const std::size_t missing = tasksToDo(plan, store).size();
   results.complete = missing == 0;
   results.planned = results.rows.size() + missing;
-  writeSummaries(arguments.out, results);
-  std::cout << summaryMarkdown(results) << std::flush;
+  writeReports(arguments, results, plan.datasets);
+}
+
+/// Nothing is run; the settings of the folder stay as they are.
+int
+reportOnly(const BenchmarkArguments& arguments)
+{
+  const std::string path = (std::filesystem::path(arguments.out) / "settings.json").string();
+  const auto settings = nlohmann::ordered_json::parse(io::readFile(path), nullptr, false);
+  if (!settings.is_object())
+    throw io::IoError(path + ": is not a JSON object");
+  std::vector<io::DatasetFolder> datasets;
+  for (const std::string& folder : arguments.datasets)
+    datasets.push_back(io::readDatasetFolder(folder));
+  const ResultsStore store(arguments.out, settings, true);
+  BenchmarkResults results = summarize(datasets, store);
+  readLastRun(arguments.out, results);
+  writeReports(arguments, results, datasets);
+  return 0;
 }
 
 /// The process that writes: alone, or with other ranks that work for it.
@@ -268,6 +368,8 @@ runRanks(const BenchmarkArguments& arguments)
 int
 runBenchmark(const BenchmarkArguments& arguments)
 {
+  if (arguments.report_only)
+    return reportOnly(arguments);
   catchSignals();
   if (MpiRanks::areLaunched())
     return runRanks(arguments);

@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <apps/benchmark/pair_input.h>
 #include <apps/benchmark/result_row.h>
 #include <apps/io/dataset_folder.h>
 #include <apps/io/loaded_cloud.h>

@@ -176,6 +176,7 @@ summaryJson(const BenchmarkResults& results)
   json["complete"] = results.complete;
   json["rows"] = results.rows.size();
   json["planned"] = results.planned;
+  json["run"] = results.run;
   json["settings"] = results.settings;
   json["methods"] = Json::array();
   for (const MethodSummary& summary : results.summaries)
