@@ -228,7 +228,7 @@ TEST_P(EveryScene, ThingsMoveWithinTheirAreasAndKeepAway)
   options.doors_move = true;
   options.moved_furniture = 1;
   for (std::size_t scan = 0; scan < 4; ++scan) {
-    const Eigen::Vector3d sensor = path[path.size() * (2 * scan + 1) / 8];
+    const Eigen::Vector3d& sensor = path[path.size() * (2 * scan + 1) / 8];
     const SurfaceModel model = surfacesAt(scene, options, 5, scan, {sensor});
     const RayCaster caster(model);
     for (const double height : {0.3, 0.9, 1.5})
@@ -764,7 +764,7 @@ protected:
   static std::string
   write(const std::string& name, const SurfaceModel& model)
   {
-    const std::string path = ::testing::TempDir() + "pcl_ssfr_scene_" + name + ".obj";
+    std::string path = ::testing::TempDir() + "pcl_ssfr_scene_" + name + ".obj";
     std::ofstream file(path);
     for (const Eigen::Vector3f& v : model.mesh.vertices)
       file << "v " << v.x() << ' ' << v.y() << ' ' << v.z() << '\n';
