@@ -17,7 +17,8 @@ namespace {
 
 constexpr int kChildren = 8;
 constexpr std::uint64_t kUpperNodes = 2000; ///< of a search for a better pose; its answer needs no proof
-constexpr int kAlwaysPolish = 3;            ///< ICP starts from every cube split so often or less
+constexpr int kStartLevel = 2;              ///< ICP starts from every cube of rotations split so often
+constexpr double kNoBetter = 1e-3;          ///< of the tolerance: an error that nothing is left to gain from
 constexpr double kRoughProgress = 1e-2;     ///< ICP ends with a step that lowers the error by less than this share
 constexpr double kFineProgress = 1e-9;      ///< the same, where it ended
 constexpr double kWorthPolish = 1.2;        ///< below so many times the best error
@@ -132,6 +133,251 @@ struct Trial {
   InnerResult lower; ///< for all of the cube
 };
 
+/// Call \p work for 0 to \p count - 1, on several threads; an exception of one of them is thrown in the end.
+template <typename Work>
+void
+forEach(std::size_t count, int workers, const Work& work)
+{
+  const auto end = static_cast<std::ptrdiff_t>(count);
+  std::exception_ptr failure; // out of memory
+#pragma omp parallel for num_threads(workers) schedule(dynamic, 1) if (workers > 1)
+  for (std::ptrdiff_t i = 0; i < end; ++i) {
+    try {
+      work(static_cast<std::size_t>(i));
+    }
+    catch (...) {
+#pragma omp critical(pcl_ssfr_go_icp_failure)
+      failure = std::current_exception();
+    }
+  }
+  if (failure)
+    std::rethrow_exception(failure);
+}
+
+/// The outer search, over rotations.
+class RotationSearch {
+public:
+  RotationSearch(const GoIcpProblem& problem, const GoIcpLimits& limits, unsigned threads)
+      : problem_(problem), limits_(limits),
+        workers_(static_cast<int>(std::clamp(threads, 1U, static_cast<unsigned>(kChildren))))
+  {
+    optimum_.error = std::numeric_limits<double>::infinity();
+  }
+
+  GoIcpOptimum
+  run(const std::vector<Eigen::Isometry3d>& starts)
+  {
+    accept(Eigen::Isometry3d::Identity());
+    for (const Eigen::Isometry3d& start : starts)
+      accept(start);
+    startFromEverywhere();
+    branch();
+    return optimum_;
+  }
+
+private:
+  /// Take the pose that ICP reaches from \p T when it is better than what is known.
+  void
+  accept(Eigen::Isometry3d T)
+  {
+    double error = problem_.icp(T, limits_.icp_iterations, kRoughProgress);
+    ++optimum_.icp_runs;
+    acceptRough(T, error);
+  }
+
+  /// The same for a pose that ICP has roughly reached, with its error.
+  void
+  acceptRough(Eigen::Isometry3d T, double error)
+  {
+    if (error < kWorthPolish * optimum_.error)
+      error = problem_.icp(T, limits_.icp_iterations, kFineProgress);
+    if (error < optimum_.error) {
+      optimum_.error = error;
+      optimum_.T = T;
+    }
+  }
+
+  void
+  acceptIfBetter(const Eigen::Matrix3d& R, const Eigen::Vector3d& t)
+  {
+    const Eigen::Isometry3d T = poseOf(R, t);
+    if (problem_.error(T) < optimum_.error)
+      accept(T);
+  }
+
+  static Eigen::Isometry3d
+  poseOf(const Eigen::Matrix3d& R, const Eigen::Vector3d& t)
+  {
+    Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+    T.linear() = R;
+    T.translation() = t;
+    return T;
+  }
+
+  /// True when a limit is reached, which is noted.
+  bool
+  isOver()
+  {
+    if (limits_.nodes > 0 && optimum_.nodes >= limits_.nodes)
+      optimum_.stop = GoIcpOptimum::Stop::NodeLimit;
+    else if (isPast(limits_.deadline))
+      optimum_.stop = GoIcpOptimum::Stop::TimeLimit;
+    else
+      return false;
+    return true;
+  }
+
+  /// What both inner searches have in common; together they stay near the limit of nodes.
+  InnerTask
+  innerTask() const
+  {
+    InnerTask task;
+    task.range = limits_.translation_range;
+    task.deadline = limits_.deadline;
+    task.nodes = std::numeric_limits<std::uint64_t>::max();
+    if (limits_.nodes > 0)
+      task.nodes = (limits_.nodes - std::min(limits_.nodes, optimum_.nodes)) / (2 * kChildren) + 1;
+    task.tolerance = limits_.tolerance;
+    return task;
+  }
+
+  /// The search for the best translation at the centre of a cube: its answer needs no proof.
+  InnerTask
+  upperTask(double prune_above) const
+  {
+    InnerTask task = innerTask();
+    task.nodes = std::min(task.nodes, kUpperNodes);
+    task.prune_above = prune_above;
+    return task;
+  }
+
+  InnerResult
+  search(const SearchCube& rotations, bool uncertain, InnerTask task) const
+  {
+    const GoIcpProblem::RotatedSource rotated = problem_.rotate(rotations, uncertain);
+    task.finest = kFinestShare * problem_.uncertainty(rotated);
+    return searchTranslations(problem_, rotated, task);
+  }
+
+  /** \brief ICP from a coarse grid of all rotations.
+   *
+   * Not in the paper. The lower the error known is, the more is pruned; and where the tolerance is large beside the
+   * error of the true pose, the search would stop at the first pose that is good enough.
+   */
+  void
+  startFromEverywhere()
+  {
+    const int cells = 1 << kStartLevel;
+    const double half = M_PI / cells;
+    std::vector<SearchCube> cubes;
+    for (int i = 0; i < cells * cells * cells; ++i) {
+      SearchCube cube;
+      cube.half = half;
+      cube.centre = half * (2 * Eigen::Vector3d(i % cells, i / cells % cells, i / cells / cells).array() + 1 - cells);
+      if (touchesBall(cube))
+        cubes.push_back(cube);
+    }
+    for (std::size_t begin = 0; begin < cubes.size(); begin += kChildren) {
+      if (isOver() || optimum_.error <= kNoBetter * limits_.tolerance)
+        return;
+      const std::size_t count = std::min<std::size_t>(kChildren, cubes.size() - begin);
+      const InnerTask task = upperTask(std::numeric_limits<double>::infinity());
+      std::array<InnerResult, kChildren> found;
+      std::array<Eigen::Isometry3d, kChildren> poses;
+      std::array<double, kChildren> errors{};
+      forEach(count, workers_, [&](std::size_t i) {
+        found[i] = search(cubes[begin + i], false, task);
+        poses[i] = poseOf(angleAxisRotation(cubes[begin + i].centre), found[i].translation);
+        errors[i] = problem_.icp(poses[i], limits_.icp_iterations, kRoughProgress);
+      });
+      for (std::size_t i = 0; i < count; ++i) {
+        optimum_.nodes += 1 + found[i].nodes;
+        ++optimum_.rotations;
+        ++optimum_.icp_runs;
+        acceptRough(poses[i], errors[i]);
+      }
+    }
+  }
+
+  /// Split the cube with the lowest bound, until no cube promises more than the tolerance.
+  void
+  branch()
+  {
+    Queue queue;
+    Node root;
+    root.cube.half = M_PI;
+    queue.push(root);
+    // Cubes are dropped when their bound is within the tolerance of the best error; the least of these bounds.
+    double dropped = std::numeric_limits<double>::infinity();
+    std::uint64_t number = 0;
+    while (true) {
+      const double waiting = queue.empty() ? std::numeric_limits<double>::infinity() : queue.top().lower;
+      optimum_.lower = std::min({dropped, waiting, optimum_.error});
+      if (queue.empty() || optimum_.error - waiting <= limits_.tolerance) {
+        optimum_.stop = GoIcpOptimum::Stop::Certified;
+        return;
+      }
+      if (isOver())
+        return;
+      const Node node = queue.top();
+      queue.pop();
+      for (const Trial& trial : judgeChildren(node.cube)) {
+        Node child;
+        child.cube = trial.cube;
+        child.lower = std::max(node.lower, trial.lower.lower);
+        child.number = ++number;
+        if (child.lower >= optimum_.error - limits_.tolerance)
+          dropped = std::min(dropped, child.lower);
+        else
+          queue.push(child);
+      }
+    }
+  }
+
+  /// Bounds of the eight parts of a cube, and better poses in them, which are accepted.
+  std::vector<Trial>
+  judgeChildren(const SearchCube& parent)
+  {
+    std::vector<Trial> trials;
+    for (int c = 0; c < kChildren; ++c) {
+      Trial trial;
+      trial.cube = childOf(parent, c);
+      if (touchesBall(trial.cube))
+        trials.push_back(trial);
+    }
+    // All children are judged by the error known before, whichever thread is first.
+    const InnerTask upper_task = upperTask(optimum_.error);
+    InnerTask lower_task = innerTask();
+    lower_task.prune_above = optimum_.error - limits_.tolerance;
+    lower_task.stop_below = lower_task.prune_above; // then the cube has to be split, however low its bound is
+    lower_task.tolerance = kInnerTolerance * limits_.tolerance;
+    lower_task.centre = GoIcpProblem::Centre::AtMost;
+    forEach(2 * trials.size(), workers_, [&](std::size_t i) {
+      Trial& trial = trials[i / 2];
+      if (i % 2 == 0)
+        trial.upper = search(trial.cube, false, upper_task);
+      else
+        trial.lower = search(trial.cube, true, lower_task);
+    });
+    for (const Trial& trial : trials) {
+      ++optimum_.rotations;
+      optimum_.nodes += 1 + trial.upper.nodes + trial.lower.nodes;
+      const Eigen::Matrix3d R = angleAxisRotation(trial.cube.centre);
+      if (trial.upper.best < optimum_.error)
+        acceptIfBetter(R, trial.upper.translation);
+      // The nearer the cube is to a point, the nearer is this pose to what its bound promises.
+      if (trial.lower.best < lower_task.stop_below)
+        acceptIfBetter(R, trial.lower.translation);
+    }
+    return trials;
+  }
+
+  const GoIcpProblem& problem_;
+  const GoIcpLimits& limits_;
+  int workers_ = 1;
+  GoIcpOptimum optimum_;
+};
+
 } // namespace
 
 GoIcpOptimum
@@ -140,123 +386,7 @@ branchAndBound(const GoIcpProblem& problem,
                const GoIcpLimits& limits,
                unsigned threads)
 {
-  GoIcpOptimum optimum;
-  optimum.error = std::numeric_limits<double>::infinity();
-  const auto polish = [&](Eigen::Isometry3d T) {
-    double error = problem.icp(T, limits.icp_iterations, kRoughProgress);
-    ++optimum.icp_runs;
-    if (error < kWorthPolish * optimum.error)
-      error = problem.icp(T, limits.icp_iterations, kFineProgress);
-    if (error < optimum.error) {
-      optimum.error = error;
-      optimum.T = T;
-    }
-  };
-  const auto tryPose = [&](const Eigen::Matrix3d& R, const Eigen::Vector3d& t, bool is_worth_it) {
-    Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-    T.linear() = R;
-    T.translation() = t;
-    if (is_worth_it || problem.error(T) < optimum.error)
-      polish(T);
-  };
-  polish(Eigen::Isometry3d::Identity());
-  for (const Eigen::Isometry3d& start : starts)
-    polish(start);
-
-  Queue queue;
-  Node root;
-  root.cube.half = M_PI;
-  queue.push(root);
-  // Cubes are dropped when their bound is within the tolerance of the best error; the least of these bounds.
-  double dropped = std::numeric_limits<double>::infinity();
-  const auto workers = static_cast<int>(std::clamp(threads, 1U, static_cast<unsigned>(kChildren)));
-  std::uint64_t number = 0;
-  while (true) {
-    const double waiting = queue.empty() ? std::numeric_limits<double>::infinity() : queue.top().lower;
-    optimum.lower = std::min({dropped, waiting, optimum.error});
-    if (queue.empty() || optimum.error - waiting <= limits.tolerance) {
-      optimum.stop = GoIcpOptimum::Stop::Certified;
-      return optimum;
-    }
-    if (limits.nodes > 0 && optimum.nodes >= limits.nodes) {
-      optimum.stop = GoIcpOptimum::Stop::NodeLimit;
-      return optimum;
-    }
-    if (isPast(limits.deadline)) {
-      optimum.stop = GoIcpOptimum::Stop::TimeLimit;
-      return optimum;
-    }
-
-    const Node node = queue.top();
-    queue.pop();
-    std::vector<Trial> trials;
-    for (int c = 0; c < kChildren; ++c) {
-      Trial trial;
-      trial.cube = childOf(node.cube, c);
-      if (touchesBall(trial.cube))
-        trials.push_back(trial);
-    }
-
-    // Poses from everywhere first, whatever their error is: a low error prunes most of what follows.
-    const bool is_coarse = node.cube.half > M_PI * std::pow(0.5, kAlwaysPolish - 0.5);
-
-    // All children are judged by the error known before, whichever thread is first.
-    InnerTask task;
-    task.range = limits.translation_range;
-    task.deadline = limits.deadline;
-    task.nodes = limits.nodes > 0 ? (limits.nodes - optimum.nodes) / (2 * kChildren) + 1
-                                  : std::numeric_limits<std::uint64_t>::max();
-    InnerTask upper_task = task;
-    upper_task.nodes = std::min(task.nodes, kUpperNodes);
-    upper_task.prune_above = is_coarse ? std::numeric_limits<double>::infinity() : optimum.error;
-    upper_task.stop_below = 0;
-    upper_task.tolerance = limits.tolerance;
-    InnerTask lower_task = task;
-    lower_task.prune_above = optimum.error - limits.tolerance;
-    lower_task.stop_below = lower_task.prune_above; // then the cube has to be split, however low its bound is
-    lower_task.tolerance = kInnerTolerance * limits.tolerance;
-    lower_task.centre = GoIcpProblem::Centre::AtMost;
-    const auto count = static_cast<std::ptrdiff_t>(trials.size());
-    std::exception_ptr failure; // out of memory
-#pragma omp parallel for num_threads(workers) schedule(dynamic, 1) if (workers > 1)
-    for (std::ptrdiff_t i = 0; i < 2 * count; ++i) {
-      Trial& trial = trials[static_cast<std::size_t>(i / 2)];
-      try {
-        const bool is_lower = i % 2 == 1;
-        const GoIcpProblem::RotatedSource rotated = problem.rotate(trial.cube, is_lower);
-        InnerTask own_task = is_lower ? lower_task : upper_task;
-        own_task.finest = kFinestShare * problem.uncertainty(rotated);
-        (is_lower ? trial.lower : trial.upper) = searchTranslations(problem, rotated, own_task);
-      }
-      catch (...) {
-#pragma omp critical(pcl_ssfr_go_icp_failure)
-        failure = std::current_exception();
-      }
-    }
-    if (failure)
-      std::rethrow_exception(failure);
-
-    for (const Trial& trial : trials) {
-      ++optimum.rotations;
-      optimum.nodes += 1 + trial.upper.nodes + trial.lower.nodes;
-      const Eigen::Matrix3d R = angleAxisRotation(trial.cube.centre);
-      if (is_coarse || trial.upper.best < optimum.error)
-        tryPose(R, trial.upper.translation, is_coarse);
-      // The nearer the cube is to a point, the nearer is this pose to what its bound promises.
-      if (trial.lower.best < lower_task.stop_below)
-        tryPose(R, trial.lower.translation, false);
-    }
-    for (const Trial& trial : trials) {
-      Node child;
-      child.cube = trial.cube;
-      child.lower = std::max(node.lower, trial.lower.lower);
-      child.number = ++number;
-      if (child.lower >= optimum.error - limits.tolerance)
-        dropped = std::min(dropped, child.lower);
-      else
-        queue.push(child);
-    }
-  }
+  return RotationSearch(problem, limits, threads).run(starts);
 }
 
 } // namespace pcl_ssfr::baselines

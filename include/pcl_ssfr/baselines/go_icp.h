@@ -25,7 +25,9 @@ namespace pcl_ssfr::baselines {
  * Cubes of rotations (angle-axis, in the ball of radius pi) are split, the one with the lowest bound first; for each a
  * nested search over cubes of translations bounds the error from both sides, by distances from a distance transform of
  * the target and by how far a pose of the cube can move each point. Wherever a better pose turns up, a local ICP starts
- * from it. The search ends when no pose can be better by more than the tolerance.
+ * from it. The search ends when no pose can be better by more than the tolerance. Unlike the paper's, it begins with
+ * ICP from 64 rotations all over the ball, each from its best translation: on scans of rooms the tolerance is large
+ * beside the error of the true pose, and the search alone would end with the first pose that is good enough.
  *
  * **What is optimal.** The mean squared distance from the source, thinned to setSourcePoints() points, to its nearest
  * points of the whole target; with setTrimFraction() without the worst share of the source, as scans need that overlap
