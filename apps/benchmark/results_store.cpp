@@ -115,7 +115,7 @@ ResultsStore::checkSettings(const Json& settings, bool resume)
       }
       for (const auto& [entry, value] : now.items())
         if (before.contains(entry))
-          compare(key + "." + entry, before[entry], value);
+          compare(std::string(key).append(".").append(entry), before[entry], value);
       if (before.is_object())
         for (const auto& [entry, value] : before.items())
           settings_[key][entry] = value;

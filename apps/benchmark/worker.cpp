@@ -113,7 +113,7 @@ Json
 askSurely(const Json& request, const char* what, const std::atomic<int>& stop)
 {
   const ChildOutcome outcome = askWorker(request, kLoadingLimit, 1, stop);
-  const Json reply = lastObject(outcome.output);
+  Json reply = lastObject(outcome.output);
   const bool answered = outcome.end == ChildOutcome::End::Exited && reply.value("event", "") == "done";
   if (!answered || reply.contains("error"))
     throw std::runtime_error(std::string(what) + ": " +
@@ -248,6 +248,7 @@ writeCloud(const std::string& path, const io::LoadedCloud& cloud)
   for (std::size_t i = 0; i < cloud.points->size(); ++i) {
     const auto& point = (*cloud.points)[i];
     std::vector<double> values;
+    values.reserve(table.fields.size());
     for (int axis = 0; axis < 3; ++axis)
       values.push_back(cloud.offset[axis] + static_cast<double>(point.data[axis]));
     if (cloud.has_intensity)
