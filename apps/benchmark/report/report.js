@@ -258,8 +258,6 @@ const failuresText = (group) =>
 const summaryColumns = [
   {title: 'method', class: 'name', value: (g) => data.methods[g.method], cell: (g) => [swatch(g.method), data.methods[g.method]]},
   {title: 'success', unit: '95 % interval', class: 'text', value: (g) => rateOf(g.success), cell: (g) => rateCell(g.success)},
-  ...data.bounds.map((bound, i) => ({title: bound[0] + '\u00b0 / ' + bound[1] + ' m', unit: 'within',
-                                     value: (g) => rateOf(g.within[i]), cell: (g) => percent(rateOf(g.within[i]))})),
   {title: 'sure and wrong', unit: 'of converged', value: (g) => rateOf(g.wrong), cell: (g) => g.wrong[1] ?
       element('span', {class: g.wrong[0] ? 'badge wrong' : ''}, g.wrong[0] + ' of ' + g.wrong[1]) : DASH},
   {title: 'rotation error', unit: 'median \u00b0', value: (g) => g.degrees, cell: (g) => figure(g.degrees)},
@@ -270,6 +268,8 @@ const summaryColumns = [
   {title: 'time', unit: '90 % s', value: (g) => g.time90, cell: (g) => figure(g.time90)},
   {title: 'CPU', unit: 'median s', value: (g) => g.cpu, cell: (g) => figure(g.cpu)},
   {title: 'memory', unit: 'peak MiB', value: (g) => g.memory, cell: (g) => figure(g.memory)},
+  ...data.bounds.map((bound, i) => ({title: bound[0] + '\u00b0 / ' + bound[1] + ' m', unit: 'within',
+                                     value: (g) => rateOf(g.within[i]), cell: (g) => percent(rateOf(g.within[i]))})),
   {title: 'not solved', class: 'text', cell: (g) => failuresText(g)},
 ];
 const summary = sortableTable(byId('summary'), summaryColumns, {
@@ -278,19 +278,21 @@ const summary = sortableTable(byId('summary'), summaryColumns, {
 // ---------------------------------------------------------------------------------------------------------------------
 // Charts
 
-const LOG_TICKS = {autoSkip: true, maxTicksLimit: 8, maxRotation: 0, callback: (v) => {
-  const power = Math.log10(v);
-  return Math.abs(power - Math.round(power)) < 1e-9 ? String(Number(v.toPrecision(1))) : '';
-}};
+/// Powers of ten, where there are two of them; else what the library would choose.
+function decades(scale) {
+  const powers = scale.ticks.filter(({value}) => Math.abs(Math.log10(value) - Math.round(Math.log10(value))) < 1e-9);
+  if (powers.length > 1) scale.ticks = powers;
+}
+const LOG_TICKS = {autoSkip: true, autoSkipPadding: 6, maxTicksLimit: 8, maxRotation: 0, callback: (v) => String(Number(v.toPrecision(2)))};
 const axis = (text, more) => Object.assign({title: {display: true, text, color: css('--dim')},
                                             ticks: {color: css('--dim')}, grid: {color: css('--line')}}, more);
 const logAxis = (text, more) => {
-  const result = axis(text, Object.assign({type: 'logarithmic'}, more));
+  const result = axis(text, Object.assign({type: 'logarithmic', afterBuildTicks: decades}, more));
   result.ticks = Object.assign({color: css('--dim')}, LOG_TICKS);
   return result;
 };
 const shareAxis = (text) => {
-  const result = axis(text, {min: 0, max: 1});
+  const result = axis(text, {type: 'linear', min: 0, max: 1});
   result.ticks.callback = (v) => (100 * v).toFixed(0) + ' %';
   return result;
 };
@@ -406,8 +408,8 @@ const CHARTS = [
      const used = reasons.filter((reason) => groups.some((g) => own(g.failures, reason)));
      if (!used.length) return null;
      return {type: 'bar', data: {labels: groups.map((g) => data.methods[g.method]), datasets: used.map((reason) => ({
-       label: reason, data: groups.map((g) => own(g.failures, reason) || 0), backgroundColor: failureColour(reason, reasons.indexOf(reason))}))},
-       options: {indexAxis: 'y', scales: {x: axis('pairs', {stacked: true}), y: axis('', {stacked: true, title: {display: false}})},
+       label: reason, data: groups.map((g) => own(g.failures, reason) || 0), backgroundColor: failureColour(reason, reasons.indexOf(reason)), maxBarThickness: 26}))},
+       options: {indexAxis: 'y', scales: {x: axis('pairs', {stacked: true, ticks: {precision: 0, color: css('--dim')}}), y: axis('', {stacked: true, title: {display: false}})},
                  interaction: {mode: 'index', axis: 'y'}},
        rows: groups.length};
    }},
@@ -422,7 +424,7 @@ if (SWEPT.length) {
       const values = lines.flatMap((set) => set.data.map((p) => p.x));
       const title = SWEPT.find(([key]) => key === sweep.parameter)[1];
       return {type: 'line', data: {datasets: lines}, options: {clip: false,
-        scales: {x: Math.min(...values) > 0 ? logAxis(title, {ticks: {}}) : axis(title, {type: 'linear'}),
+        scales: {x: Math.min(...values) > 0 ? logAxis(title) : axis(title, {type: 'linear'}),
                  y: isShare ? shareAxis(name) : logAxis(name)},
         plugins: {tooltip: {callbacks: {title: () => '', label: (item) => item.dataset.label + ': ' +
           (isShare ? percent(item.parsed.y) : figure(item.parsed.y)) + ' at ' + figure(item.parsed.x)}}}}};
@@ -534,8 +536,8 @@ function drawView(canvas, target, source, [right, up]) {
   const width = canvas.clientWidth || 320;
   const [left, rightEnd] = reach([target, source], right), [bottom, top] = reach([target, source], up);
   const spanX = Math.max(rightEnd - left, 1e-3), spanY = Math.max(top - bottom, 1e-3);
-  const margin = 10;
-  const height = Math.min(Math.max(width * spanY / spanX, 0.3 * width), 0.75 * width);
+  const margin = 10, foot = 24; // the scale bar's
+  const height = Math.min(Math.max((width - 2 * margin) * spanY / spanX + margin + foot, 0.3 * width), 0.8 * width);
   const ratio = Math.max(window.devicePixelRatio || 1, printing ? 2 : 1);
   canvas.style.height = height + 'px';
   canvas.width = width * ratio;
@@ -543,8 +545,8 @@ function drawView(canvas, target, source, [right, up]) {
   const context = canvas.getContext('2d');
   context.scale(ratio, ratio);
   context.clearRect(0, 0, width, height);
-  const scale = Math.min((width - 2 * margin) / spanX, (height - 2 * margin) / spanY);
-  const offsetX = width / 2 - scale * (left + rightEnd) / 2, offsetY = height / 2 + scale * (bottom + top) / 2;
+  const scale = Math.min((width - 2 * margin) / spanX, (height - margin - foot) / spanY);
+  const offsetX = width / 2 - scale * (left + rightEnd) / 2, offsetY = (height + margin - foot) / 2 + scale * (bottom + top) / 2;
   const size = width > 300 ? 1.7 : 1.4;
   for (const [points, colour] of [[target, css('--target')], [source, css('--source')]]) {
     context.fillStyle = colour;
@@ -554,14 +556,17 @@ function drawView(canvas, target, source, [right, up]) {
   }
   context.globalAlpha = 1;
   const length = roundLength(0.35 * width / scale);
+  const label = Number(length.toPrecision(1)) + ' m';
+  context.font = '11px ' + getComputedStyle(document.body).fontFamily;
+  context.fillStyle = css('--card');
+  context.fillRect(4, height - 22, Math.max(length * scale, context.measureText(label).width) + 8, 22);
   context.strokeStyle = context.fillStyle = css('--dim');
   context.lineWidth = 1.5;
   context.beginPath();
   context.moveTo(8, height - 6);
   context.lineTo(8 + length * scale, height - 6);
   context.stroke();
-  context.font = '11px ' + getComputedStyle(document.body).fontFamily;
-  context.fillText(Number(length.toPrecision(1)) + ' m', 8, height - 10);
+  context.fillText(label, 8, height - 10);
 }
 
 const drawings = new Set();
@@ -610,7 +615,7 @@ function details(r) {
                      r[R.message] ? ' \u2013 ' + r[R.message] : ''));
   const facts = [['rotation error', figure(r[R.degrees]) + '\u00b0'], ['translation error', figure(r[R.metres]) + ' m'],
                  ['RMSE', figure(r[R.rmse]) + ' m (truth ' + figure(r[R.truthRmse]) + ' m)'], ['overlap', percent(r[R.overlap])],
-                 ['confidence', figure(r[R.confidence], 2)], ['time', figure(r[R.time]) + ' s'], ['CPU', figure(r[R.cpu]) + ' s'],
+                 ['confidence', isNumber(r[R.confidence]) ? r[R.confidence].toFixed(2) : DASH], ['time', figure(r[R.time]) + ' s'], ['CPU', figure(r[R.cpu]) + ' s'],
                  ['memory', figure(r[R.memory]) + ' MiB']];
   box.append(element('p', {class: 'facts'}, facts.map(([name, value]) => name + ' ' + value).join(' \u00b7 ')));
   const pair = pairs.get(r[R.dataset] + '/' + r[R.pair]);
@@ -632,14 +637,15 @@ function details(r) {
 
 const runColumns = [
   {title: '', class: 'name', cell: () => ''},
-  {title: 'dataset', class: 'text', value: (r) => data.datasets[r[R.dataset]], cell: (r) => data.datasets[r[R.dataset]]},
+  {title: 'method', class: 'text', value: (r) => data.methods[r[R.method]], cell: (r) => [swatch(r[R.method]), ' ' + data.methods[r[R.method]]]},
+  {title: 'result', class: 'text', value: (r) => Object.keys(VERDICTS).indexOf(verdictOf(r)),
+   cell: (r) => element('span', {class: 'badge ' + verdictOf(r)}, VERDICTS[verdictOf(r)])},
+  ...(data.datasets.length > 1 ? [{title: 'dataset', class: 'text', value: (r) => data.datasets[r[R.dataset]],
+                                   cell: (r) => data.datasets[r[R.dataset]]}] : []),
   {title: 'pair', value: (r) => r[R.pair], cell: (r) => r[R.pair]},
   {title: 'scans', class: 'text scans', value: scanName, cell: (r) => scanName(r)},
   ...(data.variations.length > 1 ? [{title: 'variation', class: 'text', value: (r) => r[R.variation],
                                      cell: (r) => data.variations[r[R.variation]].text}] : []),
-  {title: 'method', class: 'text', value: (r) => data.methods[r[R.method]], cell: (r) => [swatch(r[R.method]), ' ' + data.methods[r[R.method]]]},
-  {title: 'result', class: 'text', value: (r) => Object.keys(VERDICTS).indexOf(verdictOf(r)),
-   cell: (r) => element('span', {class: 'badge ' + verdictOf(r)}, VERDICTS[verdictOf(r)])},
   {title: 'status', class: 'text', value: (r) => data.statuses[r[R.status]], cell: (r) => data.statuses[r[R.status]]},
   {title: 'rotation', unit: 'error \u00b0', value: (r) => r[R.degrees], cell: (r) => figure(r[R.degrees])},
   {title: 'translation', unit: 'error cm', value: (r) => r[R.metres], cell: (r) => centimetres(r[R.metres])},
@@ -760,8 +766,14 @@ filters();
 choose(state.dataset, state.variation);
 filterRuns();
 darkQuery.addEventListener('change', recolour);
-window.addEventListener('beforeprint', () => { printing = true; recolour(); for (const chart of state.charts) chart.resize(); });
-window.addEventListener('afterprint', () => { printing = false; recolour(); });
+/// The page is laid out as on paper before it is printed: a canvas does not follow by itself.
+function forPaper(on) {
+  printing = on;
+  document.documentElement.classList.toggle('printing', on);
+  recolour();
+}
+window.addEventListener('beforeprint', () => forPaper(true));
+window.addEventListener('afterprint', () => forPaper(false));
 let resized = 0;
 window.addEventListener('resize', () => {
   clearTimeout(resized);
