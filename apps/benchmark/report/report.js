@@ -59,7 +59,8 @@ const MARKS = ['circle', 'triangle', 'rect', 'rectRot', 'star', 'crossRot'];
 const colourOf = (method) => (isDark() ? DARK : LIGHT)[method % LIGHT.length];
 const dashOf = (method) => DASHES[Math.floor(method / LIGHT.length) % DASHES.length];
 const markOf = (method) => MARKS[(method + Math.floor(method / LIGHT.length)) % MARKS.length];
-const swatch = (method) => element('span', {class: 'swatch', 'data-method': method, style: 'background:' + colourOf(method)});
+const swatch = (method) => element('span', {class: 'swatch ' + ['', 'dashed', 'dotted'][Math.floor(method / LIGHT.length) % 3],
+                                            'data-method': method, style: 'color:' + colourOf(method)});
 
 function groupsShown(withHidden) {
   return data.groups.filter((g) => g.dataset === state.dataset && g.variation === state.variation &&
@@ -268,7 +269,7 @@ const summaryColumns = [
   {title: 'time', unit: '90 % s', value: (g) => g.time90, cell: (g) => figure(g.time90)},
   {title: 'CPU', unit: 'median s', value: (g) => g.cpu, cell: (g) => figure(g.cpu)},
   {title: 'memory', unit: 'peak MiB', value: (g) => g.memory, cell: (g) => figure(g.memory)},
-  ...data.bounds.map((bound, i) => ({title: bound[0] + '\u00b0 / ' + bound[1] + ' m', unit: 'within',
+  ...data.bounds.map((bound, i) => ({title: bound[0] + '\u00b0, ' + bound[1] + ' m', unit: 'within', class: 'bound',
                                      value: (g) => rateOf(g.within[i]), cell: (g) => percent(rateOf(g.within[i]))})),
   {title: 'not solved', class: 'text', cell: (g) => failuresText(g)},
 ];
@@ -421,10 +422,11 @@ if (SWEPT.length) {
       if (!lines.length) return null;
       const [name] = SWEEP_MEASURES[sweep.measure];
       const isShare = sweep.measure === 'success' || sweep.measure === 'wrong';
-      const values = lines.flatMap((set) => set.data.map((p) => p.x));
+      const values = [...new Set(lines.flatMap((set) => set.data.map((p) => p.x)))].sort((a, b) => a - b);
       const title = SWEPT.find(([key]) => key === sweep.parameter)[1];
       return {type: 'line', data: {datasets: lines}, options: {clip: false,
-        scales: {x: Math.min(...values) > 0 ? logAxis(title) : axis(title, {type: 'linear'}),
+        scales: {x: Object.assign(Math.min(...values) > 0 ? logAxis(title) : axis(title, {type: 'linear'}),
+                                  {afterBuildTicks: (scale) => { scale.ticks = values.map((value) => ({value})); }}),
                  y: isShare ? shareAxis(name) : logAxis(name)},
         plugins: {tooltip: {callbacks: {title: () => '', label: (item) => item.dataset.label + ': ' +
           (isShare ? percent(item.parsed.y) : figure(item.parsed.y)) + ' at ' + figure(item.parsed.x)}}}}};
@@ -752,7 +754,7 @@ function filters() {
 
 function recolour() {
   for (const node of document.querySelectorAll('.swatch[data-method]'))
-    node.style.background = colourOf(Number(node.dataset.method));
+    node.style.color = colourOf(Number(node.dataset.method));
   overview();
   drawCharts();
   redrawPictures();
