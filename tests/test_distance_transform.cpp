@@ -49,6 +49,7 @@ occupiedCentres(const DistanceTransform& transform, const Points3& points)
     voxels.emplace(along(0), along(1), along(2));
   }
   std::vector<Eigen::Vector3d> centres;
+  centres.reserve(voxels.size());
   for (const auto& [i, j, k] : voxels)
     centres.push_back(transform.centre(i, j, k));
   return centres;

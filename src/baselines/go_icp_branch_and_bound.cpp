@@ -273,7 +273,8 @@ private:
     for (int i = 0; i < cells * cells * cells; ++i) {
       SearchCube cube;
       cube.half = half;
-      cube.centre = half * (2 * Eigen::Vector3d(i % cells, i / cells % cells, i / cells / cells).array() + 1 - cells);
+      const Eigen::Array3i cell(i % cells, i / cells % cells, i / cells / cells);
+      cube.centre = half * (2 * cell + 1 - cells).cast<double>();
       if (touchesBall(cube))
         cubes.push_back(cube);
     }
