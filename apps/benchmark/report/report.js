@@ -79,7 +79,7 @@ function fillSelect(select, entries, value) {
 function sortableTable(table, columns, options) {
   const view = {items: [], sort: options.sort ?? null, down: options.down ?? false};
   const heads = columns.map((column, index) => {
-    const head = element('th', {scope: 'col', class: column.class},
+    const head = element('th', {scope: 'col', class: column.class, 'data-title': column.value ? column.title : null},
                          column.value ? element('button', {type: 'button', onclick: () => sortBy(index)}, column.title)
                                       : column.title || '',
                          column.unit ? element('span', {class: 'unit'}, column.unit) : null);
@@ -645,7 +645,7 @@ const runColumns = [
   ...(data.datasets.length > 1 ? [{title: 'dataset', class: 'text', value: (r) => data.datasets[r[R.dataset]],
                                    cell: (r) => data.datasets[r[R.dataset]]}] : []),
   {title: 'pair', value: (r) => r[R.pair], cell: (r) => r[R.pair]},
-  {title: 'scans', class: 'text scans', value: scanName, cell: (r) => scanName(r)},
+  {title: 'scans', class: 'text', value: scanName, cell: (r) => scanName(r)},
   ...(data.variations.length > 1 ? [{title: 'variation', class: 'text', value: (r) => r[R.variation],
                                      cell: (r) => data.variations[r[R.variation]].text}] : []),
   {title: 'status', class: 'text', value: (r) => data.statuses[r[R.status]], cell: (r) => data.statuses[r[R.status]]},
@@ -657,7 +657,7 @@ const runColumns = [
   {title: 'time', unit: 's', value: (r) => r[R.time], cell: (r) => figure(r[R.time])},
   {title: 'CPU', unit: 's', value: (r) => r[R.cpu], cell: (r) => figure(r[R.cpu])},
   {title: 'memory', unit: 'MiB', value: (r) => r[R.memory], cell: (r) => figure(r[R.memory])},
-  {title: 'message', class: 'text message', value: (r) => r[R.message], cell: (r) => r[R.message]},
+  {title: 'message', class: 'text', value: (r) => r[R.message], cell: (r) => r[R.message]},
 ];
 
 const paging = {size: 50, page: 0, opened: new Set()};
