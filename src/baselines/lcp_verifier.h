@@ -16,7 +16,8 @@ namespace pcl_ssfr::baselines {
 /** \brief Counts the source points that a pose brings nearer than a radius to the target (LCP), and stops as soon as a
  * pose cannot win any more.
  *
- * A grid of the target's surroundings bounds the count from above at no cost; the exact count comes from a KD-tree.
+ * A grid of the target's surroundings decides most points; those in between are looked up in a KD-tree, so that the
+ * count is exact.
  */
 class LcpVerifier {
 public:
@@ -34,16 +35,19 @@ public:
   }
 
 private:
-  bool
-  mayBeNear(const Eigen::Vector3d& point) const;
+  enum class Place { Far, Near, Unsure };
+
+  Place
+  placeOf(const Eigen::Vector3d& point) const;
 
   Points3 source_;
   NeighborIndex target_;
   double radius_ = 0;
   Eigen::Vector3d origin_ = Eigen::Vector3d::Zero(); ///< corner of the grid [m]
-  double edge_ = 1;                                  ///< of a cell, >= radius [m]
+  double edge_ = 1;                                  ///< of a cell [m]
   Eigen::Vector3i size_ = Eigen::Vector3i::Zero();
-  std::vector<bool> near_; ///< cell holds or touches a cell that holds a target point
+  std::vector<bool> may_be_near_; ///< some of the cell is nearer than the radius to a target point
+  std::vector<bool> is_near_;     ///< all of the cell is nearer than the radius to one target point
 };
 
 } // namespace pcl_ssfr::baselines

@@ -24,8 +24,8 @@ struct Super4PcsOptions {
   double leaf = 0;               ///< edge of the thinning voxels [m], >= 0; 0: from the scans
   double distance_threshold = 0; ///< delta of the paper [m], >= 0; 0: 1.5 leafs
   double overlap = 0.5;          ///< estimate of the share of the source that the target saw, (0, 1]
-  double target_lcp = 0.9; ///< a pose that brings this share of the source onto the target ends the search, (0, 1]
-  double min_lcp = 0;      ///< share that an accepted pose has at least, [0, 1]; 0: 3/4 of overlap
+  double target_lcp = 1; ///< a pose that brings this share of the source onto the target ends the search, (0, 1]
+  double min_lcp = 0;    ///< share that an accepted pose has at least, [0, 1]; 0: 3/4 of overlap
   /// Angles between normals and segments of a pair differ from the base's by no more than this, (0, pi/2] [rad]
   double normal_tolerance = 0.5;
   std::size_t sample_size = 1000; ///< points of the source in which quads are sought, >= 4
@@ -90,7 +90,7 @@ public:
   {
     options_.overlap = overlap;
   }
-  /// The search ends with a pose that brings this share of the source onto the target, (0, 1]; default 0.9.
+  /// The search ends with a pose that brings this share of the source onto the target, (0, 1]; default 1.
   void
   setTargetLcp(double lcp)
   {
