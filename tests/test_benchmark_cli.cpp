@@ -144,6 +144,15 @@ protected:
     }
     return result;
   }
+  /// What report.html holds.
+  nlohmann::json
+  reportData(const std::string& name) const
+  {
+    const std::string page = io::readFile(folder.file(name + "/report.html"));
+    const std::string mark = "id=\"data\">";
+    const std::size_t begin = page.find(mark) + mark.size();
+    return nlohmann::json::parse(page.substr(begin, page.find("</script", begin) - begin));
+  }
   /// A script to compare with.
   std::string
   script(const std::string& name, const std::string& text) const
@@ -426,6 +435,39 @@ TEST_F(Interrupted, stoppedRunsReport)
   EXPECT_EQ(summary["planned"], 4);
   EXPECT_EQ(summary["rows"], rows().size());
   EXPECT_THAT(io::readFile(folder.file("log")), HasSubstr("--resume"));
+  const nlohmann::json page = reportData("out");
+  EXPECT_EQ(page["complete"], false);
+  EXPECT_EQ(page["rows"].size(), rows().size());
+}
+
+TEST_F(BenchmarkProgram, reportsAreWrittenAndWrittenAgain)
+{
+  ASSERT_EQ(run(small() + out() + "--methods ssfr,icp_point_to_point --perturb rotation").code, 0);
+  const nlohmann::json first = reportData("out");
+  EXPECT_EQ(first["rows"].size(), 4U);
+  EXPECT_EQ(first["pairs"].size(), 2U);
+  EXPECT_EQ(first["clouds"].size(), 2U); // both are source and target
+  EXPECT_THAT(first["run"]["command"].get<std::string>(), HasSubstr("--methods ssfr,icp_point_to_point"));
+  const auto ofRuns = [this] { return io::readFile(folder.file("out/results.csv")); };
+  const std::string results = ofRuns();
+  const std::string settings = io::readFile(folder.file("out/settings.json"));
+
+  std::filesystem::remove(folder.file("out/report.html"));
+  ASSERT_EQ(run(out() + "--report-only").code, 0); // without the dataset, without its pictures
+  nlohmann::json again = reportData("out");
+  EXPECT_EQ(again["pairs"].size(), 0U);
+  EXPECT_EQ(again["run"], first["run"]);
+  EXPECT_EQ(again["groups"], first["groups"]);
+
+  ASSERT_EQ(run(small() + out() + "--report-only --pictures 1").code, 0);
+  again = reportData("out");
+  EXPECT_EQ(again["pairs"].size(), 1U);
+  ASSERT_EQ(run(small() + out() + "--report-only").code, 0);
+  EXPECT_EQ(reportData("out"), first);
+  EXPECT_EQ(ofRuns(), results);
+  EXPECT_EQ(io::readFile(folder.file("out/settings.json")), settings);
+  EXPECT_EQ(run(out("nowhere") + "--report-only").code, 3);
+  EXPECT_FALSE(std::filesystem::exists(folder.file("nowhere")));
 }
 
 TEST_F(BenchmarkProgram, ranksOfMpiGiveTheSameResults)

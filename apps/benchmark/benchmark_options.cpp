@@ -110,7 +110,7 @@ public:
   {
     if (map_.count(name) == 0)
       return fallback;
-    const auto value = map_[name].as<std::string>();
+    auto value = map_[name].as<std::string>();
     if (value.empty())
       throw UsageError(std::string("--") + name + ": the value is empty");
     return value;

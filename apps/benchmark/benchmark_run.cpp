@@ -246,6 +246,7 @@ BenchmarkResults
 summarize(const std::vector<io::DatasetFolder>& folders, const ResultsStore& store)
 {
   std::vector<std::string> datasets;
+  datasets.reserve(folders.size());
   for (const io::DatasetFolder& dataset : folders)
     datasets.push_back(dataset.name);
   std::vector<std::string> names;
@@ -368,10 +369,13 @@ runRanks(const BenchmarkArguments& arguments)
 int
 runBenchmark(const BenchmarkArguments& arguments)
 {
+  const bool with_ranks = MpiRanks::areLaunched();
+  if (arguments.report_only && with_ranks)
+    throw UsageError("--report-only: one process writes the reports, without mpirun");
   if (arguments.report_only)
     return reportOnly(arguments);
   catchSignals();
-  if (MpiRanks::areLaunched())
+  if (with_ranks)
     return runRanks(arguments);
   const BenchmarkPlan plan = makePlan(arguments);
   ResultsStore store(arguments.out, plan.settings, arguments.resume);
