@@ -267,9 +267,10 @@ gridCloud(int side, double spacing)
   cloud.offset << 1000, 2000, 0;
   cloud.points = pcl::make_shared<pcl::PointCloud<pcl::PointXYZINormal>>();
   for (int i = 0; i < side * side; ++i) {
+    const int row = i / side;
     pcl::PointXYZINormal point{};
     point.x = static_cast<float>(spacing * (i % side));
-    point.y = static_cast<float>(spacing * (i / side));
+    point.y = static_cast<float>(spacing * row);
     cloud.points->push_back(point);
   }
   return cloud;
