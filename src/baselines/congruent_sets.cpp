@@ -99,7 +99,8 @@ public:
       centres_[slot] = on_face(row + 0.5, column + 0.5);
       radii_[slot] = 0;
       for (int corner = 0; corner < 4; ++corner) {
-        const Eigen::Vector3d direction = on_face(row + corner / 2, column + corner % 2);
+        const int upper = corner / 2;
+        const Eigen::Vector3d direction = on_face(row + upper, column + corner % 2);
         radii_[slot] = std::max(radii_[slot], angleBetween(centres_[slot], direction));
       }
     }

@@ -69,27 +69,27 @@ weakness(const FastGlobalOptions& options, const FastGlobalPose& pose, double ov
 BaselineResult
 registerFastGlobal(const ScanView& source,
                    const ScanView& target,
-                   const FastGlobalOptions& given,
+                   const FastGlobalOptions& options,
                    const std::optional<Eigen::Isometry3d>& guess)
 {
-  validate(given);
-  FastGlobalOptions options = given;
+  validate(options);
+  FastGlobalOptions used = options;
   BaselineResult result;
-  if (!(options.leaf > 0))
-    options.leaf = deriveLeaf(source, target, options.threads);
-  if (!(options.leaf > 0)) {
+  if (!(used.leaf > 0))
+    used.leaf = deriveLeaf(source, target, used.threads);
+  if (!(used.leaf > 0)) {
     result.message = "a scan is empty or has no extent";
     return result;
   }
-  const auto or_leafs = [&options](double value, double leafs) { return value > 0 ? value : leafs * options.leaf; };
-  options.normal_radius = or_leafs(options.normal_radius, kNormalRadiusPerLeaf);
-  options.feature_radius = or_leafs(options.feature_radius, kFeatureRadiusPerLeaf);
-  options.distance_threshold = or_leafs(options.distance_threshold, kThresholdPerLeaf);
-  result.leaf = options.leaf;
-  result.inlier_distance = options.distance_threshold;
+  const auto or_leafs = [&used](double value, double leafs) { return value > 0 ? value : leafs * used.leaf; };
+  used.normal_radius = or_leafs(used.normal_radius, kNormalRadiusPerLeaf);
+  used.feature_radius = or_leafs(used.feature_radius, kFeatureRadiusPerLeaf);
+  used.distance_threshold = or_leafs(used.distance_threshold, kThresholdPerLeaf);
+  result.leaf = used.leaf;
+  result.inlier_distance = used.distance_threshold;
 
-  const BaselineScan source_scan = thinBaselineScan(source, options.leaf, options.threads);
-  const BaselineScan target_scan = thinBaselineScan(target, options.leaf, options.threads);
+  const BaselineScan source_scan = thinBaselineScan(source, used.leaf, used.threads);
+  const BaselineScan target_scan = thinBaselineScan(target, used.leaf, used.threads);
   result.source_points = static_cast<std::size_t>(source_scan.points.cols());
   result.target_points = static_cast<std::size_t>(target_scan.points.cols());
   if (std::min(source_scan.points.cols(), target_scan.points.cols()) < kMinPoints) {
@@ -99,15 +99,14 @@ registerFastGlobal(const ScanView& source,
   }
 
   // Section 3.1: descriptors, reciprocity test, tuple test.
-  const auto describe = [&options](const BaselineScan& scan) {
-    return computeFpfh(scan.points, scan.viewpoint, options.normal_radius, options.feature_radius, options.threads);
+  const auto describe = [&used](const BaselineScan& scan) {
+    return computeFpfh(scan.points, scan.viewpoint, used.normal_radius, used.feature_radius, used.threads);
   };
-  const std::vector<PointMatch> mutual =
-      matchReciprocally(describe(source_scan), describe(target_scan), options.threads);
+  const std::vector<PointMatch> mutual = matchReciprocally(describe(source_scan), describe(target_scan), used.threads);
   TupleTestOptions tuple_options;
-  tuple_options.similarity = options.tuple_similarity;
-  tuple_options.max_tuples = options.max_tuples;
-  tuple_options.seed = options.seed;
+  tuple_options.similarity = used.tuple_similarity;
+  tuple_options.max_tuples = used.max_tuples;
+  tuple_options.seed = used.seed;
   const std::vector<PointMatch> matches = tupleTest(source_scan.points, target_scan.points, mutual, tuple_options);
   if (matches.empty()) {
     result.message = "no three of " + std::to_string(mutual.size()) + " matches of descriptors agree with each other";
@@ -116,8 +115,8 @@ registerFastGlobal(const ScanView& source,
 
   // Section 3.2: the pose.
   FastGlobalPoseOptions pose_options;
-  pose_options.distance_threshold = options.distance_threshold;
-  pose_options.iterations = options.iterations;
+  pose_options.distance_threshold = used.distance_threshold;
+  pose_options.iterations = used.iterations;
   for (const Points3* points : {&source_scan.points, &target_scan.points}) {
     const Eigen::Vector3d mean = points->rowwise().mean();
     const double radius = std::sqrt((points->colwise() - mean).colwise().squaredNorm().maxCoeff());
@@ -136,10 +135,10 @@ registerFastGlobal(const ScanView& source,
   result.overlap = computeOverlap(source_scan.points,
                                   NeighborIndex(target_scan.points),
                                   pose.T_target_source,
-                                  options.distance_threshold,
-                                  options.threads)
+                                  used.distance_threshold,
+                                  used.threads)
                        .ratio;
-  result.message = weakness(options, pose, result.overlap);
+  result.message = weakness(used, pose, result.overlap);
   result.converged = result.message.empty();
   if (result.converged)
     result.message = std::to_string(pose.inliers) + " of " + std::to_string(pose.matches) + " matches agree, overlap " +

@@ -163,27 +163,27 @@ verifyQuads(const Points3& source,
 BaselineResult
 registerSuper4Pcs(const ScanView& source,
                   const ScanView& target,
-                  const Super4PcsOptions& given,
+                  const Super4PcsOptions& options,
                   const std::optional<Eigen::Isometry3d>& guess)
 {
   const auto start = std::chrono::steady_clock::now();
-  validate(given);
-  Super4PcsOptions options = given;
+  validate(options);
+  Super4PcsOptions used = options;
   BaselineResult result;
-  if (!(options.leaf > 0))
-    options.leaf = deriveLeaf(source, target, options.threads);
-  if (!(options.leaf > 0)) {
+  if (!(used.leaf > 0))
+    used.leaf = deriveLeaf(source, target, used.threads);
+  if (!(used.leaf > 0)) {
     result.message = "a scan is empty or has no extent";
     return result;
   }
-  if (!(options.distance_threshold > 0))
-    options.distance_threshold = kThresholdPerLeaf * options.leaf;
-  const double delta = options.distance_threshold;
-  result.leaf = options.leaf;
+  if (!(used.distance_threshold > 0))
+    used.distance_threshold = kThresholdPerLeaf * used.leaf;
+  const double delta = used.distance_threshold;
+  result.leaf = used.leaf;
   result.inlier_distance = delta;
 
-  const BaselineScan source_scan = thinBaselineScan(source, options.leaf, options.threads);
-  const BaselineScan target_scan = thinBaselineScan(target, options.leaf, options.threads);
+  const BaselineScan source_scan = thinBaselineScan(source, used.leaf, used.threads);
+  const BaselineScan target_scan = thinBaselineScan(target, used.leaf, used.threads);
   result.source_points = static_cast<std::size_t>(source_scan.points.cols());
   result.target_points = static_cast<std::size_t>(target_scan.points.cols());
   if (std::min(source_scan.points.cols(), target_scan.points.cols()) < kMinPoints) {
@@ -192,22 +192,22 @@ registerSuper4Pcs(const ScanView& source,
     return result;
   }
 
-  std::mt19937_64 engine(options.seed);
-  const auto normals_of = [&options](const BaselineScan& scan) {
-    return estimateSurfaceNormals(scan.points, scan.viewpoint, kNormalRadiusPerLeaf * options.leaf, options.threads);
+  std::mt19937_64 engine(used.seed);
+  const auto normals_of = [&used](const BaselineScan& scan) {
+    return estimateSurfaceNormals(scan.points, scan.viewpoint, kNormalRadiusPerLeaf * used.leaf, used.threads);
   };
   const Points3 target_normals = normals_of(target_scan);
-  const std::vector<Eigen::Index> columns = randomColumns(source_scan.points.cols(), options.sample_size, engine);
+  const std::vector<Eigen::Index> columns = randomColumns(source_scan.points.cols(), used.sample_size, engine);
   const Points3 sample = columnsOf(source_scan.points, columns);
   const Points3 sample_normals = columnsOf(normals_of(source_scan), columns);
   const PairExtractor extractor(sample);
   const LcpVerifier verifier(sample, target_scan.points, delta);
-  const double max_diameter = options.overlap * robustDiameter(target_scan.points);
-  const int max_bases = options.max_bases > 0 ? options.max_bases : basesFor(options.overlap);
-  const auto wanted = static_cast<Eigen::Index>(std::ceil(options.target_lcp * static_cast<double>(verifier.size())));
+  const double max_diameter = used.overlap * robustDiameter(target_scan.points);
+  const int max_bases = used.max_bases > 0 ? used.max_bases : basesFor(used.overlap);
+  const auto wanted = static_cast<Eigen::Index>(std::ceil(used.target_lcp * static_cast<double>(verifier.size())));
   const auto is_late = [&] {
     const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
-    return options.time_limit > 0 && spent.count() >= options.time_limit;
+    return used.time_limit > 0 && spent.count() >= used.time_limit;
   };
 
   Candidate best;
@@ -225,9 +225,9 @@ registerSuper4Pcs(const ScanView& source,
     const auto pairs_like = [&](Eigen::Index first, Eigen::Index second, double length) {
       return filterByNormals(sample,
                              sample_normals,
-                             extractor.extract(length, delta, options.threads),
+                             extractor.extract(length, delta, used.threads),
                              measureNormals(target_scan.points, target_normals, {first, second}),
-                             options.normal_tolerance);
+                             used.normal_tolerance);
     };
     const std::vector<PointPair> first_pairs = pairs_like(base->points[0], base->points[1], base->first_length);
     const std::vector<PointPair> second_pairs = pairs_like(base->points[2], base->points[3], base->second_length);
@@ -235,16 +235,16 @@ registerSuper4Pcs(const ScanView& source,
     tolerance.distance = delta;
     tolerance.angle = std::min(delta / base->first_length + delta / base->second_length, kMaxAngleTolerance);
     const std::vector<Quad> quads =
-        findCongruentQuads(sample, first_pairs, second_pairs, *base, tolerance, options.threads);
+        findCongruentQuads(sample, first_pairs, second_pairs, *base, tolerance, used.threads);
     Eigen::Matrix<double, 3, 4> base_points;
     for (int k = 0; k < 4; ++k)
       base_points.col(k) = target_scan.points.col(base->points[static_cast<std::size_t>(k)]);
-    verifyQuads(sample, quads, base_points, verifier, options, best);
+    verifyQuads(sample, quads, base_points, verifier, used, best);
   }
 
   result.T_target_source = uncentred(best.T_target_source, source_scan, target_scan);
   result.overlap = static_cast<double>(best.inliers) / static_cast<double>(verifier.size());
-  const double least = options.min_lcp > 0 ? options.min_lcp : kMinLcpPerOverlap * options.overlap;
+  const double least = used.min_lcp > 0 ? used.min_lcp : kMinLcpPerOverlap * used.overlap;
   result.converged = best.inliers > 0 && result.overlap >= least;
   result.message = (result.converged ? "LCP " : "the best LCP is ") + shortNumber(result.overlap) +
                    (result.converged ? "" : ", " + shortNumber(least) + " needed") + ", " + std::to_string(bases) +
