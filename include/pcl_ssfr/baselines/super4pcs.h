@@ -51,7 +51,8 @@ registerSuper4Pcs(const ScanView& source,
  * Wide bases of four coplanar points are drawn from the thinned target; in a sample of the thinned source all pairs as
  * long as a base's two segments are extracted by spheres rasterised in an octree, and of them all quads that an affine
  * invariant and the angle of the segments make congruent to the base are found in a grid with an index of directions.
- * Pairs whose normals (unsigned, from the points within 2 leafs) lie otherwise than the base's are left out before.
+ * Pairs whose normals (unsigned, from the points within 2 leafs) lie otherwise than the base's are left out before: an
+ * addition to the paper, see setNormalTolerance().
  * The pose of each quad is verified by the share of the sample that it brings within delta of the thinned target (LCP),
  * and given up as soon as it cannot win. The best of all bases is the answer; there is no refinement in the paper, nor
  * here, so expect errors of the order of delta.
@@ -102,8 +103,8 @@ public:
   {
     options_.min_lcp = lcp;
   }
-  /** \brief Pairs of points whose normals lie otherwise than the base's, by more than this angle, are left out, as in
-   * the authors' implementation; (0, pi/2] [rad], default 0.5; pi/2: normals are not looked at.
+  /** \brief Pairs of points whose normals lie otherwise than the base's, by more than this angle, are left out;
+   * (0, pi/2] [rad], default 0.5. With pi/2 normals are not looked at, as in the paper, and a run takes far longer.
    */
   void
   setNormalTolerance(double angle)
