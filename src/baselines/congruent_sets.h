@@ -104,8 +104,7 @@ SegmentNormals
 measureNormals(const Points3& points, const Points3& normals, const PointPair& pair);
 
 /** \brief The pairs whose normals lie as in \p model, within \p tolerance [rad] each, in their order; an unknown angle
- * agrees with any. The filter of the authors' implementation, which compares the normals of pairs with those of the
- * base.
+ * agrees with any. Not in the paper; the authors' implementation can compare the angle between the normals alone.
  */
 std::vector<PointPair>
 filterByNormals(const Points3& points,
