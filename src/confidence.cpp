@@ -38,7 +38,7 @@ estimateConfidence(const Candidate& best, double rival_ratio, bool free_space)
 double
 ambiguousRatio(bool free_space)
 {
-  return free_space ? 0.93 : 0.9;
+  return free_space ? 0.96 : 0.9;
 }
 
 } // namespace pcl_ssfr

@@ -262,7 +262,7 @@ public:
                          : fail(Status::NoCandidate, nothingFound());
     }
     preferGuess(poses, guess);
-    polishBest(poses);
+    polishBest(poses, guess);
     conclude(poses);
     return result_;
   }
@@ -470,6 +470,13 @@ private:
       refine(poses[static_cast<std::size_t>(i)]);
   }
 
+  /// Whether two poses count as one.
+  bool
+  isSamePlace(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) const
+  {
+    return isSamePose(a, b, source_.viewpoint, kDistinctAngle, kDistinctDistance * scale_);
+  }
+
   /// The best of poses that differ, at most \p most.
   std::vector<JudgedPose>
   keepDistinct(std::vector<JudgedPose> poses, std::size_t most) const
@@ -480,8 +487,7 @@ private:
       if (distinct.size() >= most)
         break;
       const bool known = std::any_of(distinct.begin(), distinct.end(), [&](const JudgedPose& other) {
-        return isSamePose(
-            pose.T_target_source, other.T_target_source, source_.viewpoint, kDistinctAngle, kDistinctDistance * scale_);
+        return isSamePlace(pose.T_target_source, other.T_target_source);
       });
       if (!known)
         distinct.push_back(pose);
@@ -578,37 +584,69 @@ private:
                 poses.begin() + static_cast<std::ptrdiff_t>(nearest) + 1);
   }
 
-  /// Points of each scan onto small planes of the other, for the winner only.
+  /// Polish the best pose and, unless the guess has told them apart, the rivals that come near it: which of them is
+  /// best must not hang on how far the coarser refinements got.
   void
-  polishBest(std::vector<JudgedPose>& poses)
+  polishBest(std::vector<JudgedPose>& poses, const Eigen::Isometry3d* guess)
   {
-    JudgedPose& best = poses.front();
-    RefinementOptions polish = refinement(kPolishReach, kPolishFinal, kNormals, options_.max_refinement_steps);
-    polish.match.lateral = static_cast<float>(kPolishLateral * scale_);
-    polish.threads = threads_;
+    const double least = kPolishedShare * poses.front().score;
+    std::size_t polished = 1;
+    while (!guess_decides_ && polished < std::min(poses.size(), kMaxPolished) && poses[polished].score >= least)
+      ++polished;
+    std::vector<Refinement> polishes;
+    for (std::size_t i = 0; i < polished && (i == 0 || !outOfTime()); ++i)
+      polishes.push_back(polish(poses[i]));
+    // The guess has ordered the equals; otherwise the score decides.
+    std::size_t best = 0;
+    for (std::size_t i = 1; !guess && i < polishes.size(); ++i)
+      if (poses[i].score > poses[best].score)
+        best = i;
+    polish_ = polishes[best];
+    std::rotate(poses.begin(),
+                poses.begin() + static_cast<std::ptrdiff_t>(best),
+                poses.begin() + static_cast<std::ptrdiff_t>(best) + 1);
+    // Polished, a rival may turn out to be the same pose.
+    const Eigen::Isometry3d T_best = poses.front().T_target_source;
+    poses.erase(std::remove_if(poses.begin() + 1,
+                               poses.end(),
+                               [&](const JudgedPose& pose) { return isSamePlace(pose.T_target_source, T_best); }),
+                poses.end());
+    report("polish",
+           count(static_cast<Eigen::Index>(polishes.size()) *
+                 (source_.surface.points.cols() + target_.surface.points.cols())),
+           count(polish_.matches));
+  }
+
+  /// Points of each scan onto small planes of the other.
+  Refinement
+  polish(JudgedPose& pose) const
+  {
+    RefinementOptions options = refinement(kPolishReach, kPolishFinal, kNormals, options_.max_refinement_steps);
+    options.match.lateral = static_cast<float>(kPolishLateral * scale_);
+    options.threads = threads_;
     const auto run = [&] {
       return refineMutual(
-          source_.surface, source_.fine_index, target_.surface, target_.fine_index, best.T_target_source, polish);
+          source_.surface, source_.fine_index, target_.surface, target_.fine_index, pose.T_target_source, options);
     };
-    if (options_.refine)
-      polish_ = run();
-    if (options_.refine && isPolished(best.T_target_source, polish_.T_target_source)) {
-      best.T_target_source = polish_.T_target_source;
-      judgeFinely(best);
+    if (options_.refine) {
+      Refinement refined = run();
+      if (isPolished(pose.T_target_source, refined.T_target_source)) {
+        pose.T_target_source = refined.T_target_source;
+        judgeFinely(pose);
+        return refined;
+      }
     }
-    else { // what is told of the pose must be told of the one that is returned
-      polish.steps = 1;
-      polish.match.distance = static_cast<float>(polish.final_distance);
-      polish_ = run();
-    }
-    report("polish", count(source_.surface.points.cols() + target_.surface.points.cols()), count(polish_.matches));
+    // What is told of the pose must be told of the one that is returned.
+    options.steps = 1;
+    options.match.distance = static_cast<float>(options.final_distance);
+    return run();
   }
 
   /// Whether the polish did not walk away from the pose that it was given.
   bool
   isPolished(const Eigen::Isometry3d& before, const Eigen::Isometry3d& after) const
   {
-    return isSamePose(after, before, source_.viewpoint, kDistinctAngle, kDistinctDistance * scale_) &&
+    return isSamePlace(after, before) &&
            (!options_.gravity ||
             keepsVertical(after.linear(), *options_.gravity, options_.gravity->tolerance + kGravityMargin));
   }
@@ -669,11 +707,11 @@ private:
       result_.information = informationMatrix(polish_, target_.origin, kNoiseFloor * scale_, kPolishPointsAPatch);
       result_.unobservable = findUnobservableDirections(polish_);
     }
-    decide(ratio);
+    decide(countEquals(poses));
   }
 
   void
-  decide(double ratio)
+  decide(std::size_t equals)
   {
     const Candidate& best = result_.candidates.front();
     if (best.overlap < kHopelessOverlap && result_.confidence < options_.min_confidence) {
@@ -694,15 +732,10 @@ private:
       fail(Status::Unobservable, text);
       return;
     }
-    const double ambiguous = ambiguousRatio(seesFreeSpace());
-    if (best.score > 0 && ratio >= ambiguous && !guess_decides_) {
-      std::size_t equals = 0;
-      for (const Candidate& c : result_.candidates)
-        equals += c.score >= ambiguous * best.score;
-      result_.confidence = std::min(result_.confidence, 1.0 / static_cast<double>(std::max<std::size_t>(2, equals)));
+    if (best.score > 0 && equals > 1 && !guess_decides_) {
+      result_.confidence = std::min(result_.confidence, 1.0 / static_cast<double>(equals));
       fail(Status::Ambiguous,
-           std::to_string(std::max<std::size_t>(2, equals)) +
-               " distinct poses explain the scans about equally well (symmetry or repetition)");
+           std::to_string(equals) + " distinct poses explain the scans about equally well (symmetry or repetition)");
       return;
     }
     if (best.score > 0 && result_.confidence >= options_.min_confidence) {
@@ -723,6 +756,26 @@ private:
       fail(Status::LowOverlap, lowOverlapMessage(best));
   }
 
+  /// Poses that explain the scans about as well as the best, itself included. One that matches more surface may score a
+  /// little less: what little contradicts it may be things that moved, or curved surface told by flat patches. And
+  /// where several come near, the scene repeats itself: the truth may be one more that was not even found.
+  std::size_t
+  countEquals(const std::vector<JudgedPose>& poses) const
+  {
+    constexpr double kNear = 0.9; // of the best score and of its matched surface
+    constexpr std::size_t kSeveral = 3;
+    const JudgedPose& best = poses.front();
+    std::size_t equal = 0;
+    std::size_t near = 0;
+    for (const JudgedPose& pose : poses) {
+      const bool is_near = pose.score >= kNear * best.score && pose.evidence.matched >= kNear * best.evidence.matched;
+      near += is_near;
+      equal += pose.score >= ambiguousRatio(seesFreeSpace()) * best.score ||
+               (is_near && pose.evidence.matched > best.evidence.matched);
+    }
+    return near >= kSeveral ? near : equal;
+  }
+
   static std::string
   lowOverlapMessage(const Candidate& best)
   {
@@ -735,6 +788,8 @@ private:
   static constexpr double kPolishLateral = 0.1; // [m] at scale 1
   static constexpr double kUnobservableConfidence = 0.3;
   static constexpr double kHopelessOverlap = 0.15;
+  static constexpr double kPolishedShare = 0.85; // of the best score: a rival that is polished too
+  static constexpr std::size_t kMaxPolished = 4;
   static constexpr double kClearlyNearer = 0.5;        // of the distance of the next pose to the guess
   static constexpr double kTellingContradiction = 0.1; // of the visible surface
 

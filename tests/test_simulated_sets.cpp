@@ -79,6 +79,17 @@ registerPair(const Scans& scans, std::size_t source, std::size_t target)
   return outcome;
 }
 
+/// Score, overlap and contradiction of the candidates, for messages.
+std::string
+summary(const Result& result)
+{
+  std::string text;
+  for (const Candidate& c : result.candidates)
+    text +=
+        " [" + std::to_string(c.score) + " " + std::to_string(c.overlap) + " " + std::to_string(c.contradiction) + "]";
+  return text;
+}
+
 DatasetPlan
 planOf(const std::string& scene, const std::string& sensor, int scans, std::size_t beams)
 {
@@ -100,7 +111,8 @@ TEST_P(PaperSets, EveryPairIsSolvedAndBelieved)
   for (std::size_t i = 1; i < scans.points.size(); ++i) {
     const Outcome outcome = registerPair(scans, i, i - 1);
     EXPECT_TRUE(outcome.right) << "scan " << i << " onto " << i - 1 << ": " << outcome.result.message;
-    EXPECT_TRUE(outcome.result.accepted()) << "scan " << i << " onto " << i - 1 << ": " << outcome.result.message;
+    EXPECT_TRUE(outcome.result.accepted())
+        << "scan " << i << " onto " << i - 1 << ": " << outcome.result.message << summary(outcome.result);
   }
 }
 
@@ -115,7 +127,7 @@ TEST_P(Traps, NoConfidentWrongPose)
     for (std::size_t source = target + 1; source < scans.points.size(); ++source) {
       const Outcome outcome = registerPair(scans, source, target);
       EXPECT_TRUE(outcome.right || !outcome.result.accepted())
-          << source << " onto " << target << ": confidence " << outcome.result.confidence;
+          << source << " onto " << target << ": confidence " << outcome.result.confidence << summary(outcome.result);
     }
 }
 
