@@ -117,16 +117,19 @@ class Tables(unittest.TestCase):
         text = paper.resolution_table([row("ssfr", 0, resolution_m="0.16", rmse="0.03"),
                                        row("ssfr", 0, resolution_m="0.08", success="0")])
         label = paper.LABELS["ssfr"]
-        self.assertEqual(line(text, label, "16")[2:], ["1 of 1, 100 % (21-100)", "3.00", "1.50", "100 %, 2.5 cm"])
+        self.assertEqual(line(text, label, "16")[2:], ["1 of 1, 100 % (21-100)", "3.00", "1.40", "0.50", "1.50",
+                                                     "100 %, 2.5 cm"])
         self.assertEqual(line(text, label, "8")[2], "0 of 1, 0 % (0-79)")
         self.assertEqual(line(text, label, "4")[2], "not run")
 
     def test_radius(self):
         rows = {radius: [] for radius in paper.RADII}
         rows[0.1] = [row("ssfr_paper2017", time="24")]
+        rows[0.03] = [row("ssfr_paper2017", success="0", rmse="", status="no_candidate")]
         text = paper.radius_table(rows)
-        self.assertEqual(line(text, "10")[1:], ["1 of 1, 100 % (21-100)", "2.00", "24.00", "1.8 cm, 24 s"])
-        self.assertEqual(line(text, "0.1")[1:], ["not run", "-", "-", "0.7 s"])
+        self.assertEqual(line(text, "10")[1:], ["1 of 1, 100 % (21-100)", "2.00", "24.00", "1.8 cm, 24 s", "-"])
+        self.assertEqual(line(text, "3")[1:], ["0 of 1, 0 % (0-79)", "-", "1.50", "1.8 cm", "no_candidate"])
+        self.assertEqual(line(text, "0.1")[1:], ["not run", "-", "-", "0.7 s", "-"])
 
     def test_ds2l(self):
         text = paper.ds2l_table([row("ssfr", **pose("T", 10), **pose("G", 10.1))])
