@@ -154,6 +154,26 @@ TEST(Pipeline, aPreparedScanServesManyPartners)
   EXPECT_THAT(itself.T_target_source, IsPoseNear(Eigen::Isometry3d::Identity(), 1e-3, 1e-3));
 }
 
+TEST(Pipeline, scansPreparedTogetherAreThoseOfPrepareScan)
+{
+  const Pair pair = scanPair(makeFurnishedRoom(7), 0, 1, roomScanner(), 62);
+  for (const Profile profile : {Profile::Default, Profile::Paper2017}) {
+    Options options = makeOptions(profile);
+    const Result alone =
+        registerScans(prepareScan(viewOf(pair.source), options), prepareScan(viewOf(pair.target), options), options);
+    for (const unsigned threads : {1u, 2u, 7u}) {
+      options.threads = threads;
+      const auto [source, target] = prepareScans(viewOf(pair.source), viewOf(pair.target), options);
+      const Result together = registerScans(source, target, options);
+      EXPECT_EQ(together.T_target_source.matrix(), alone.T_target_source.matrix()) << threads << " threads";
+      EXPECT_EQ(together.confidence, alone.confidence);
+    }
+  }
+  Options wrong = makeOptions(Profile::Default);
+  wrong.leaf = -1;
+  EXPECT_THROW(prepareScans(viewOf(pair.source), viewOf(pair.target), wrong), std::invalid_argument);
+}
+
 // ---- honesty
 
 TEST(Honest, aSymmetricRoomIsAmbiguousAndBothAnswersAreListed)

@@ -256,6 +256,44 @@ TEST(DrawVotingSamples, DrawsMembersOnceAndInProportionToTheirSurface)
   EXPECT_NEAR(drawn_weight / static_cast<double>(votes.points.cols()), mean_square / mean, 0.15 * mean_square / mean);
 }
 
+TEST(DrawRepresentatives, StandForAllOfTheSurface)
+{
+  // 900 equal patches face up, 100 face east: a quarter of the draws goes to the few, and each stands for its part.
+  PlanarPatches patches;
+  for (int i = 0; i < 1000; ++i)
+    addPatch(patches,
+             {{0.1 * i, 0, 0},
+              0.5 * (i < 900 ? Eigen::Vector3d::UnitX() : Eigen::Vector3d::UnitY()),
+              0.5 * (i < 900 ? Eigen::Vector3d::UnitY() : Eigen::Vector3d::UnitZ())});
+  const double each = patches.samples.weights[0];
+  const Representatives drawn =
+      drawRepresentatives(patches.samples, normals({Eigen::Vector3d::UnitZ(), Eigen::Vector3d::UnitX()}), 100);
+  ASSERT_EQ(drawn.indices.size(), drawn.weights.size());
+  double up = 0, east = 0;
+  std::size_t easterly = 0;
+  for (std::size_t k = 0; k < drawn.indices.size(); ++k) {
+    const bool is_east = drawn.indices[k] >= 900;
+    easterly += is_east;
+    (is_east ? east : up) += drawn.weights[k];
+  }
+  EXPECT_EQ(drawn.indices.size(), 100u);
+  EXPECT_EQ(easterly, 25u);
+  EXPECT_NEAR(up, 900 * each, 1e-9 * 900 * each);
+  EXPECT_NEAR(east, 100 * each, 1e-9 * 100 * each);
+}
+
+TEST(DrawRepresentatives, ALargePatchKeepsItsOwnSurface)
+{
+  PlanarPatches patches;
+  addPatch(patches, {{0, 0, 0}, {10, 0, 0}, {0, 10, 0}});
+  addPatch(patches, {{20, 0, 0}, {0.5, 0, 0}, {0, 0.5, 0}});
+  const Representatives drawn = drawRepresentatives(patches.samples, normals({Eigen::Vector3d::UnitZ()}), 50);
+  ASSERT_FALSE(drawn.indices.empty());
+  EXPECT_EQ(drawn.indices.front(), 0);
+  EXPECT_EQ(drawn.weights.front(), patches.samples.weights[0]);
+  EXPECT_TRUE(drawRepresentatives(OrientedSamples(), {}, 50).indices.empty());
+}
+
 TEST(DrawVotingSamples, Degenerate)
 {
   EXPECT_EQ(drawVotingSamples(OrientedSamples(), {}, 100).points.cols(), 0);
