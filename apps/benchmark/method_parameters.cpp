@@ -46,11 +46,13 @@ applySsfr(const Json& json, const std::string& method, Options& options)
     throw std::invalid_argument(method + " = " + json.dump() + ", must be an object");
   for (const auto& [key, value] : json.items()) {
     const std::string name = key; // a structured binding cannot be captured
+    std::string field = method;
+    field.append(".").append(name);
     const auto known = std::find_if(
         std::begin(kSsfrParameters), std::end(kSsfrParameters), [&name](const auto& p) { return name == p.name; });
     if (known == std::end(kSsfrParameters))
-      throw std::invalid_argument(method + "." + name + " is not a parameter");
-    options.*(known->value) = numberOf(value, method + "." + name);
+      throw std::invalid_argument(field + " is not a parameter");
+    options.*(known->value) = numberOf(value, field);
   }
   try {
     validate(options);

@@ -97,7 +97,7 @@ Progress::show()
 }
 
 void
-Progress::finish()
+Progress::finish() const
 {
   if (terminal_)
     std::fprintf(stderr, "\n");

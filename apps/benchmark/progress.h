@@ -24,7 +24,7 @@ public:
   tick();
   /// The last line ends.
   void
-  finish();
+  finish() const;
 
 private:
   void

@@ -328,7 +328,7 @@ simulateScan(const RayCaster& scene,
     chunk.intensity.reserve(kChunkBeams);
     chunk.beam.reserve(kChunkBeams);
   }
-  const int threads = options.threads > 0 ? static_cast<int>(options.threads) : omp_get_max_threads();
+  [[maybe_unused]] const int threads = options.threads > 0 ? static_cast<int>(options.threads) : omp_get_max_threads();
   const auto count = static_cast<int>(chunks.size());
   for (std::size_t first = 0; first < scan.beams; first += chunks.size() * kChunkBeams) {
 #pragma omp parallel for num_threads(threads) schedule(dynamic)
