@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
+#include <apps/json_values.h>
 #include <apps/report.h>
 
 #include <pcl_ssfr/version.h>
@@ -29,25 +30,6 @@ format(const char* pattern, Values... values)
   std::array<char, 512> buffer{};
   const int length = std::snprintf(buffer.data(), buffer.size(), pattern, values...);
   return {buffer.data(), std::min(buffer.size() - 1, static_cast<std::size_t>(std::max(length, 0)))};
-}
-
-Json
-numberOrNull(double value)
-{
-  return std::isfinite(value) ? Json(value) : Json(nullptr);
-}
-
-Json
-matrixJson(const Eigen::Isometry3d& T)
-{
-  Json rows = Json::array();
-  for (Eigen::Index row = 0; row < 4; ++row) {
-    Json values = Json::array();
-    for (Eigen::Index column = 0; column < 4; ++column)
-      values.push_back(numberOrNull(T.matrix()(row, column)));
-    rows.push_back(values);
-  }
-  return rows;
 }
 
 Json

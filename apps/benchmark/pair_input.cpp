@@ -186,19 +186,6 @@ loadPair(const PairRequest& request)
   return pair;
 }
 
-Json
-matrixJson(const Eigen::Isometry3d& T)
-{
-  Json rows = Json::array();
-  for (Eigen::Index row = 0; row < 4; ++row) {
-    Json values = Json::array();
-    for (Eigen::Index column = 0; column < 4; ++column)
-      values.push_back(T.matrix()(row, column));
-    rows.push_back(values);
-  }
-  return rows;
-}
-
 Eigen::Isometry3d
 poseFromJson(const Json& json)
 {

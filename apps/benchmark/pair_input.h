@@ -4,6 +4,7 @@
 #pragma once
 
 #include <apps/io/loaded_cloud.h>
+#include <apps/json_values.h>
 
 #include <pcl_ssfr/scan_view.h>
 
@@ -76,10 +77,6 @@ toJson(const PairRequest& request);
 /// \throw nlohmann::json::exception, std::invalid_argument
 PairRequest
 pairRequestFromJson(const nlohmann::ordered_json& json);
-
-/// A 4x4 matrix as four rows of four numbers.
-nlohmann::ordered_json
-matrixJson(const Eigen::Isometry3d& T);
 
 /** \brief A rigid motion from four rows of four numbers, or from 16 numbers, row major.
  * \throw std::invalid_argument saying what is wrong

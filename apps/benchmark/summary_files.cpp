@@ -3,6 +3,7 @@
 
 #include <apps/benchmark/summary_files.h>
 #include <apps/io/file_bytes.h>
+#include <apps/json_values.h>
 
 #include <array>
 #include <cmath>
@@ -26,12 +27,6 @@ format(const char* pattern, Values... values)
   std::array<char, 256> buffer{};
   const int length = std::snprintf(buffer.data(), buffer.size(), pattern, values...);
   return {buffer.data(), std::min(buffer.size() - 1, static_cast<std::size_t>(std::max(length, 0)))};
-}
-
-Json
-numberOrNull(double value)
-{
-  return std::isfinite(value) ? Json(value) : Json(nullptr);
 }
 
 Json

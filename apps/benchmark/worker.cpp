@@ -3,6 +3,7 @@
 
 #include <apps/benchmark/worker.h>
 #include <apps/io/pcd_format.h>
+#include <apps/json_values.h>
 
 #include <array>
 #include <chrono>
@@ -190,12 +191,6 @@ ownCpuSeconds()
     return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
   };
   return seconds(usage.ru_utime) + seconds(usage.ru_stime);
-}
-
-Json
-numberOrNull(double value)
-{
-  return std::isfinite(value) ? Json(value) : Json(nullptr);
 }
 
 Json

@@ -97,15 +97,6 @@ rosetteBeam(const BeamPattern& pattern, std::size_t index, std::size_t scan)
   return beam;
 }
 
-template <typename Value>
-[[noreturn]] void
-fail(const std::string& field, const Value& value, const std::string& need)
-{
-  std::ostringstream text;
-  text << field << " is " << value << ", needs " << need;
-  throw SimulationError(text.str());
-}
-
 template <typename Struct>
 void
 check(const std::string& prefix, const NumberField<Struct>& field, const Struct& data)

@@ -3,7 +3,9 @@
 
 #pragma once
 
+#include <sstream>
 #include <stdexcept>
+#include <string>
 
 namespace pcl_ssfr::simulation {
 
@@ -12,5 +14,15 @@ class SimulationError : public std::runtime_error {
 public:
   using std::runtime_error::runtime_error;
 };
+
+/// Throw a SimulationError that names the field, its value and what it needs.
+template <typename Value>
+[[noreturn]] void
+fail(const std::string& field, const Value& value, const std::string& need)
+{
+  std::ostringstream text;
+  text << field << " is " << value << ", needs " << need;
+  throw SimulationError(text.str());
+}
 
 } // namespace pcl_ssfr::simulation

@@ -36,15 +36,6 @@ constexpr std::size_t kPairRays = 600; // beams of each
 constexpr std::uint64_t kTiltStream = 1;
 constexpr std::uint64_t kRotationStream = 2;
 
-template <typename Value>
-[[noreturn]] void
-fail(const std::string& field, const Value& value, const std::string& need)
-{
-  std::ostringstream text;
-  text << field << " is " << value << ", needs " << need;
-  throw SimulationError(text.str());
-}
-
 void
 validate(const TrajectoryOptions& options)
 {
