@@ -141,12 +141,7 @@ choosePatchThickness(const ThinnedCloud& cloud, double usual, const PatchOptions
 std::vector<MainNormal>
 findPatchMainNormals(const OrientedSamples& samples, const Options& options)
 {
-  DensityOptions density;
-  density.kernel = DensityOptions::Kernel::Gaussian;
-  density.radius = options.density_radius > 0 ? options.density_radius : kDensityRadius;
-  density.max_regions = kMaxMainNormals;
-  density.silence_chord = kSilence;
-  density.min_relative_density = kMinRelativeDensity;
+  const DensityOptions density = patchDensityOptions(options);
   MeanShiftOptions mean_shift;
   mean_shift.bandwidth = 2 * density.radius;
   mean_shift.merge_chord = kMergeModes;
@@ -245,7 +240,9 @@ public:
       std::vector<RotationCandidate> rotations = proposeRotations(effort);
       if (rotations.empty() && !guess)
         return fail(Status::NoCandidate, "no rotation lays the main normals of the scans on each other");
-      std::vector<JudgedPose> found = refineCoarsely(searchPoses(rotations, effort), guess, effort);
+      std::vector<PoseHypothesis> hypotheses = searchPoses(rotations, searchOptions(effort));
+      hypotheses.resize(std::min(hypotheses.size(), effort.poses));
+      std::vector<JudgedPose> found = refineCoarsely(hypotheses, guess, effort);
       refineFinely(found);
       // What the first effort found is forgotten only for the whole of the second.
       if (outOfTime() || found.empty())
@@ -265,6 +262,41 @@ public:
     polishBest(poses, guess);
     conclude(poses);
     return result_;
+  }
+
+  /// What every effort tries.
+  std::vector<PatchSearch>
+  searches()
+  {
+    std::vector<PatchSearch> all;
+    for (const Effort& effort : kEfforts) {
+      PatchSearch search;
+      search.options = searchOptions(effort);
+      search.source_normals = source_normals_;
+      search.target_normals = target_normals_;
+      search.rotations = proposeRotations(effort);
+      search.poses = searchPoses(search.rotations, search.options);
+      search.refined = std::min(search.poses.size(), effort.poses);
+      all.push_back(std::move(search));
+    }
+    return all;
+  }
+
+  Candidate
+  judged(const Eigen::Isometry3d& T_target_source, bool refine) const
+  {
+    JudgedPose pose;
+    pose.T_target_source = toInner(T_target_source);
+    if (refine)
+      refineOnPatches(pose);
+    judgeFinely(pose);
+    return makeCandidate(pose);
+  }
+
+  VisibilityOptions
+  judgement() const
+  {
+    return visibility(matchDistance(), kNormals);
   }
 
 private:
@@ -419,9 +451,8 @@ private:
     return rotations;
   }
 
-  /// METHOD stages 9 to 12 for every rotation; the best poses of all, best first.
-  std::vector<PoseHypothesis>
-  searchPoses(const std::vector<RotationCandidate>& rotations, const Effort& effort)
+  PoseSearchOptions
+  searchOptions(const Effort& effort) const
   {
     PoseSearchOptions search;
     search.peaks_first = effort.peaks_first;
@@ -433,6 +464,13 @@ private:
     search.peak_separation = kDistinctDistance * scale_;
     search.step = kSearchStep * scale_;
     search.visibility = visibility(kFreeMargin, kLooseNormals);
+    return search;
+  }
+
+  /// METHOD stages 9 to 12 for every rotation; all poses, best first.
+  std::vector<PoseHypothesis>
+  searchPoses(const std::vector<RotationCandidate>& rotations, const PoseSearchOptions& search)
+  {
     std::vector<std::vector<PoseHypothesis>> found(rotations.size());
     const auto n = static_cast<std::int64_t>(rotations.size());
 #pragma omp parallel for schedule(dynamic, 1) num_threads(threads_)
@@ -453,9 +491,7 @@ private:
       poses.insert(poses.end(), some.begin(), some.end());
     std::stable_sort(
         poses.begin(), poses.end(), [](const PoseHypothesis& a, const PoseHypothesis& b) { return a.score > b.score; });
-    const std::size_t all = poses.size();
-    poses.resize(std::min(all, effort.poses));
-    report("translations", rotations.size(), all);
+    report("translations", rotations.size(), poses.size());
     return poses;
   }
 
@@ -538,16 +574,21 @@ private:
   }
 
   void
-  refineFinely(std::vector<JudgedPose>& poses)
+  refineOnPatches(JudgedPose& pose) const
   {
     constexpr int kSteps = 15;
-    const std::size_t before = poses.size();
     RefinementOptions options = refinement(kFineReach, kFineFinal, kNormals, kSteps);
     options.min_step = kFineStep * scale_;
+    pose.T_target_source = refinePatches(source_.patches, target_.index, pose.T_target_source, options).T_target_source;
+  }
+
+  void
+  refineFinely(std::vector<JudgedPose>& poses)
+  {
+    const std::size_t before = poses.size();
     forEachPose(poses, [&](JudgedPose& pose) {
       if (options_.refine)
-        pose.T_target_source =
-            refinePatches(source_.patches, target_.index, pose.T_target_source, options).T_target_source;
+        refineOnPatches(pose);
       judgeFinely(pose);
     });
     if (options_.gravity)
@@ -809,6 +850,18 @@ private:
 
 } // namespace
 
+DensityOptions
+patchDensityOptions(const Options& options)
+{
+  DensityOptions density;
+  density.kernel = DensityOptions::Kernel::Gaussian;
+  density.radius = options.density_radius > 0 ? options.density_radius : kDensityRadius;
+  density.max_regions = kMaxMainNormals;
+  density.silence_chord = kSilence;
+  density.min_relative_density = kMinRelativeDensity;
+  return density;
+}
+
 PatchScan
 preparePatchScan(const ScanView& scan, const Options& options)
 {
@@ -879,6 +932,30 @@ registerPatchScans(const PatchScan& source,
                    const Eigen::Isometry3d* guess)
 {
   return PatchRegistration(source, target, options).run(guess);
+}
+
+std::vector<PatchSearch>
+repeatSearch(const PatchScan& source, const PatchScan& target, const Options& options)
+{
+  Options unlimited = options;
+  unlimited.time_limit = 0;
+  return PatchRegistration(source, target, unlimited).searches();
+}
+
+Candidate
+judgePose(const PatchScan& source,
+          const PatchScan& target,
+          const Eigen::Isometry3d& T_target_source,
+          const Options& options,
+          bool refine)
+{
+  return PatchRegistration(source, target, options).judged(T_target_source, refine);
+}
+
+VisibilityOptions
+judgementOptions(const PatchScan& source, const PatchScan& target, const Options& options)
+{
+  return PatchRegistration(source, target, options).judgement();
 }
 
 } // namespace pcl_ssfr

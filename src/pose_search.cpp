@@ -78,83 +78,14 @@ axisHistogram(const OrientedSamples& samples,
   return smoothHistogram(h, 1);
 }
 
-/// Peaks of the correlation along an axis; opposite faces are kept apart and their correlations added (METHOD point 4).
+/// Peaks of the correlation along an axis, at most \p count; the shift 0 where there is none.
 std::vector<ShiftPeak>
-axisPeaks(const OrientedSamples& source,
-          const OrientedSamples& target,
-          const Eigen::Vector3d& source_axis,
-          const Eigen::Vector3d& target_axis,
-          int count,
-          const PoseSearchOptions& options)
+axisPeaks(const AxisCorrelation& along, int count, const PoseSearchOptions& options)
 {
-  using Facing = HistogramOptions::Facing;
-  const bool oriented = source.oriented && target.oriented;
-  Correlation sum;
-  const std::vector<Facing> facings =
-      oriented ? std::vector<Facing>{Facing::Forward, Facing::Backward} : std::vector<Facing>{Facing::Either};
-  for (const Facing facing : facings) {
-    const AxisHistogram hs = axisHistogram(source, source_axis, facing, options);
-    const AxisHistogram ht = axisHistogram(target, target_axis, facing, options);
-    Correlation c = correlate(hs, ht);
-    if (c.values.size() == 0)
-      continue;
-    if (sum.values.size() == 0) {
-      sum = c;
-      continue;
-    }
-    const auto offset = [&](const Correlation& a) {
-      return static_cast<Eigen::Index>(
-          std::lround((a.first_shift - std::min(sum.first_shift, c.first_shift)) / options.bin_width));
-    };
-    const Eigen::Index os = offset(sum);
-    const Eigen::Index oc = offset(c);
-    Correlation both;
-    both.bin_width = sum.bin_width;
-    both.first_shift = std::min(sum.first_shift, c.first_shift);
-    both.values = Eigen::VectorXd::Zero(std::max(os + sum.values.size(), oc + c.values.size()));
-    both.values.segment(os, sum.values.size()) += sum.values;
-    both.values.segment(oc, c.values.size()) += c.values;
-    sum = both;
-  }
-  CorrelationOptions correlation;
-  correlation.envelope_half_window = 0;
-  correlation.max_peaks = count;
-  correlation.min_separation = options.peak_separation;
-  correlation.sub_bin = true;
-  std::vector<ShiftPeak> peaks = findPeaks(sum, correlation);
+  std::vector<ShiftPeak> peaks = findPeaks(along.sum, searchPeakOptions(options, count));
   if (peaks.empty())
     peaks.push_back({});
   return peaks;
-}
-
-/// Two axes in the target frame along which the scans share most surface, and the direction across both.
-Eigen::Matrix3d
-chooseSearchAxes(const OrientedSamples& source,
-                 const OrientedSamples& target,
-                 const std::vector<MainNormal>& main_normals,
-                 const Eigen::Matrix3d& R,
-                 double min_cos)
-{
-  std::vector<double> shared;
-  shared.reserve(main_normals.size());
-  for (const MainNormal& m : main_normals)
-    shared.push_back(sharedSurface(source, target, R.transpose() * m.direction, m.direction, min_cos));
-  const auto best = [&](const Eigen::Vector3d* other) {
-    std::size_t chosen = main_normals.size();
-    for (std::size_t k = 0; k < main_normals.size(); ++k)
-      if ((!other || std::abs(main_normals[k].direction.dot(*other)) < kMaxAxisCos) &&
-          (chosen == main_normals.size() || shared[k] > shared[chosen]))
-        chosen = k;
-    return chosen;
-  };
-  Eigen::Matrix3d axes;
-  const std::size_t first = best(nullptr);
-  axes.col(0) = first < main_normals.size() ? main_normals[first].direction : Eigen::Vector3d::UnitZ();
-  const Eigen::Vector3d a = axes.col(0);
-  const std::size_t second = best(&a);
-  axes.col(1) = second < main_normals.size() ? main_normals[second].direction : a.unitOrthogonal();
-  axes.col(2) = a.cross(axes.col(1)).normalized();
-  return axes;
 }
 
 /// Votes for poses that differ only by their translation.
@@ -228,6 +159,86 @@ centralInterval(const OrientedSamples& samples, const Eigen::Vector3d& axis)
 
 } // namespace
 
+AxisCorrelation
+correlateAlongAxis(const OrientedSamples& source,
+                   const OrientedSamples& target,
+                   const Eigen::Vector3d& source_axis,
+                   const Eigen::Vector3d& target_axis,
+                   const PoseSearchOptions& options)
+{
+  using Facing = HistogramOptions::Facing;
+  const bool oriented = source.oriented && target.oriented;
+  AxisCorrelation along;
+  along.facings =
+      oriented ? std::vector<Facing>{Facing::Forward, Facing::Backward} : std::vector<Facing>{Facing::Either};
+  Correlation& sum = along.sum;
+  for (const Facing facing : along.facings) {
+    along.source.push_back(axisHistogram(source, source_axis, facing, options));
+    along.target.push_back(axisHistogram(target, target_axis, facing, options));
+    Correlation c = correlate(along.source.back(), along.target.back());
+    if (c.values.size() == 0)
+      continue;
+    if (sum.values.size() == 0) {
+      sum = c;
+      continue;
+    }
+    const auto offset = [&](const Correlation& a) {
+      return static_cast<Eigen::Index>(
+          std::lround((a.first_shift - std::min(sum.first_shift, c.first_shift)) / options.bin_width));
+    };
+    const Eigen::Index os = offset(sum);
+    const Eigen::Index oc = offset(c);
+    Correlation both;
+    both.bin_width = sum.bin_width;
+    both.first_shift = std::min(sum.first_shift, c.first_shift);
+    both.values = Eigen::VectorXd::Zero(std::max(os + sum.values.size(), oc + c.values.size()));
+    both.values.segment(os, sum.values.size()) += sum.values;
+    both.values.segment(oc, c.values.size()) += c.values;
+    sum = both;
+  }
+  return along;
+}
+
+CorrelationOptions
+searchPeakOptions(const PoseSearchOptions& options, int count)
+{
+  CorrelationOptions correlation;
+  correlation.envelope_half_window = 0;
+  correlation.max_peaks = count;
+  correlation.min_separation = options.peak_separation;
+  correlation.sub_bin = true;
+  return correlation;
+}
+
+Eigen::Matrix3d
+chooseSearchAxes(const OrientedSamples& source,
+                 const OrientedSamples& target,
+                 const std::vector<MainNormal>& main_normals,
+                 const Eigen::Matrix3d& R,
+                 double min_cos)
+{
+  std::vector<double> shared;
+  shared.reserve(main_normals.size());
+  for (const MainNormal& m : main_normals)
+    shared.push_back(sharedSurface(source, target, R.transpose() * m.direction, m.direction, min_cos));
+  const auto best = [&](const Eigen::Vector3d* other) {
+    std::size_t chosen = main_normals.size();
+    for (std::size_t k = 0; k < main_normals.size(); ++k)
+      if ((!other || std::abs(main_normals[k].direction.dot(*other)) < kMaxAxisCos) &&
+          (chosen == main_normals.size() || shared[k] > shared[chosen]))
+        chosen = k;
+    return chosen;
+  };
+  Eigen::Matrix3d axes;
+  const std::size_t first = best(nullptr);
+  axes.col(0) = first < main_normals.size() ? main_normals[first].direction : Eigen::Vector3d::UnitZ();
+  const Eigen::Vector3d a = axes.col(0);
+  const std::size_t second = best(&a);
+  axes.col(1) = second < main_normals.size() ? main_normals[second].direction : a.unitOrthogonal();
+  axes.col(2) = a.cross(axes.col(1)).normalized();
+  return axes;
+}
+
 Representatives
 drawRepresentatives(const OrientedSamples& samples, const std::vector<MainNormal>& main_normals, int count)
 {
@@ -295,7 +306,8 @@ searchTranslations(const OrientedSamples& source,
     return {};
   const Eigen::Matrix3d axes = chooseSearchAxes(source, target, target_main_normals, R, options.parallel_cos);
   const auto peaks = [&](int axis, int count) {
-    return axisPeaks(source, target, R.transpose() * axes.col(axis), axes.col(axis), count, options);
+    return axisPeaks(
+        correlateAlongAxis(source, target, R.transpose() * axes.col(axis), axes.col(axis), options), count, options);
   };
   const std::vector<ShiftPeak> first = peaks(0, options.peaks_first);
   const std::vector<ShiftPeak> second = peaks(1, options.peaks_second);

@@ -45,4 +45,40 @@ registerPatchScans(const PatchScan& source,
                    const Options& options,
                    const Eigen::Isometry3d* guess);
 
+// The rest repeats parts of a registration for those who want to see why it ended as it did.
+
+/// What one effort of the search tried.
+struct PatchSearch {
+  PoseSearchOptions options;              ///< of searchTranslations()
+  std::vector<MainNormal> source_normals; ///< main normals, with the vertical where it is given
+  std::vector<MainNormal> target_normals;
+  std::vector<RotationCandidate> rotations; ///< that were tried, best first
+  std::vector<PoseHypothesis> poses; ///< found under all of them, best first; between PatchScan::origin of both scans
+  std::size_t refined = 0;           ///< so many of the poses go on to the refinement
+};
+
+/** \brief Stages 6 to 12 once more: one entry for each effort that a registration may make, in their order. The time
+ * limit is not read. Empty entries where the scans have no pair of main normals.
+ */
+std::vector<PatchSearch>
+repeatSearch(const PatchScan& source, const PatchScan& target, const Options& options);
+
+/** \brief A pose as the selection of registerPatchScans() judges it. \param[in] refine refine it first as candidates
+ * are, without the polish
+ */
+Candidate
+judgePose(const PatchScan& source,
+          const PatchScan& target,
+          const Eigen::Isometry3d& T_target_source,
+          const Options& options,
+          bool refine);
+
+/// The tolerances that judgePose() uses.
+VisibilityOptions
+judgementOptions(const PatchScan& source, const PatchScan& target, const Options& options);
+
+/// How the densest regions of the Gaussian sphere of a scan are found.
+DensityOptions
+patchDensityOptions(const Options& options);
+
 } // namespace pcl_ssfr

@@ -55,6 +55,39 @@ drawRepresentatives(const OrientedSamples& samples, const std::vector<MainNormal
 VotingSamples
 drawVotingSamples(const OrientedSamples& samples, const std::vector<MainNormal>& main_normals, int count);
 
+/** \brief The axes that searchTranslations() looks along, in the target frame: two along which the scans share most
+ * surface, and the direction across both.
+ * \param[in] min_cos a sample faces an axis when its normal is that parallel
+ */
+Eigen::Matrix3d
+chooseSearchAxes(const OrientedSamples& source,
+                 const OrientedSamples& target,
+                 const std::vector<MainNormal>& target_main_normals,
+                 const Eigen::Matrix3d& R_target_source,
+                 double min_cos);
+
+/// The histograms of two scans along an axis and their correlation, as searchTranslations() takes them.
+struct AxisCorrelation {
+  std::vector<HistogramOptions::Facing> facings; ///< forward and backward; either where normals have no sign
+  std::vector<AxisHistogram> source;             ///< one a facing, of the square root of the surface, smoothed
+  std::vector<AxisHistogram> target;             ///< one a facing
+  Correlation sum;                               ///< of the correlations of all facings
+};
+
+/** \brief Correlate the scans along an axis; opposite faces are kept apart, their correlations added (METHOD point 4).
+ * \param[in] source_axis the axis in the source frame, unit \param[in] target_axis the same in the target frame
+ */
+AxisCorrelation
+correlateAlongAxis(const OrientedSamples& source,
+                   const OrientedSamples& target,
+                   const Eigen::Vector3d& source_axis,
+                   const Eigen::Vector3d& target_axis,
+                   const PoseSearchOptions& options);
+
+/// How searchTranslations() takes the \p count highest peaks of a correlation.
+CorrelationOptions
+searchPeakOptions(const PoseSearchOptions& options, int count);
+
 /** \brief Translations for one rotation: correlation peaks along the two best observed axes (METHOD stages 9 to 11),
  * every shift along the third (METHOD point 14a: it is the axis with few planes on which the truth gets lost), judged
  * by votes of the samples. \return at most options.keep poses, distinct by peak_separation, best first
