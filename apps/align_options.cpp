@@ -4,6 +4,7 @@
 #include <apps/align_options.h>
 #include <apps/io/loaded_cloud.h>
 #include <apps/io/text_scanner.h>
+#include <apps/method_options.h>
 #include <apps/methods.h>
 
 #include <boost/program_options.hpp>
@@ -17,24 +18,10 @@ namespace {
 
 namespace po = boost::program_options;
 
-constexpr unsigned kHelpWidth = 100;
-constexpr const char* kDefaultMethod = "ssfr";
-constexpr const char* kPaperMethod = "ssfr_paper2017";
-
-std::string
-methodNames()
-{
-  std::string names;
-  for (const Method& method : methods())
-    names += (names.empty() ? "" : ", ") + method.name;
-  return names;
-}
-
 /// The option table: parsed, printed by --help, with the defaults of the library.
 po::options_description
 describeOptions()
 {
-  const Options defaults = makeOptions(Profile::Default);
   po::options_description results("Results", kHelpWidth);
   results.add_options()("output",
                         po::value<std::string>()->value_name("FILE"),
@@ -49,144 +36,10 @@ describeOptions()
       po::value<std::string>()->value_name("DIR"),
       "draw before.png and after.png into DIR: both scans from above and from the side");
 
-  po::options_description method("Method", kHelpWidth);
-  method.add_options()("method",
-                       po::value<std::string>()->value_name("NAME")->default_value(kDefaultMethod),
-                       ("one of " + methodNames()).c_str())(
-      "profile",
-      po::value<std::string>()->value_name("NAME"),
-      "default, or paper2017 for the method as published (the same as --method ssfr_paper2017)")(
-      "guess",
-      po::value<std::string>()->value_name("FILE"),
-      "4x4 text: a pose to judge as one more candidate (ssfr), or to start from (icp, gicp, ndt)")(
-      "viewpoint",
-      po::value<std::string>()->value_name("MODE")->default_value("auto"),
-      "auto: decide from the points whether the sensor is at the origin (or at the place that the file gives); sensor: "
-      "it "
-      "is; unknown: it is not (merged or moved clouds)")(
-      "gravity",
-      po::value<std::string>()->value_name("X,Y,Z"),
-      "up direction in both scans, when it is known: only poses that keep it are considered")("refine",
-                                                                                              "polish the pose on the "
-                                                                                              "points (the default)")(
-      "no-refine", "leave the pose as the histograms give it");
-
-  const auto from_data = [](double value) { return value > 0 ? std::to_string(value) : std::string("from the scans"); };
-  po::options_description scales("Scales, in metres; all follow from the scans when they are not given", kHelpWidth);
-  scales.add_options()(
-      "normal-radius",
-      po::value<double>()->value_name("M"),
-      ("radius in which a normal is estimated (default: " + from_data(defaults.normal_radius) + ")").c_str())(
-      "density-radius",
-      po::value<double>()->value_name("CHORD"),
-      ("radius of a region on the Gaussian sphere, as a chord of the unit sphere (default: " +
-       from_data(defaults.density_radius) + ")")
-          .c_str())("bin-width",
-                    po::value<double>()->value_name("M"),
-                    ("width of the bins of the histograms (default: " + from_data(defaults.bin_width) + ")").c_str())(
-      "leaf",
-      po::value<double>()->value_name("M"),
-      ("spacing that the scans are thinned to (default: " + from_data(defaults.leaf) + ")").c_str());
-
-  std::ostringstream confidence;
-  confidence << "accept a pose from this confidence on, 0 to 1 (default: " << defaults.min_confidence << ")";
-  po::options_description general("General", kHelpWidth);
-  general.add_options()("min-confidence", po::value<double>()->value_name("P"), confidence.str().c_str())(
-      "time-limit", po::value<double>()->value_name("S"), "stop after so many seconds (default: no limit)")(
-      "threads",
-      po::value<int>()->value_name("N")->default_value(0),
-      "processors to use, 0: all; the result does not depend on it")("help,h", "print this text")("version",
-                                                                                                  "print the version");
-
   po::options_description all(kHelpWidth);
-  all.add(results).add(method).add(scales).add(general);
+  all.add(results);
+  addMethodOptions(all);
   return all;
-}
-
-Eigen::Vector3d
-parseGravity(const std::string& text)
-{
-  std::vector<double> values;
-  for (const auto token : io::splitTokens(text)) {
-    const auto value = io::parseNumber(token);
-    if (!value)
-      throw UsageError("--gravity: " + io::inQuotes(token) + " is not a number");
-    values.push_back(*value);
-  }
-  if (values.size() != 3)
-    throw UsageError("--gravity: " + io::inQuotes(text) + " is not x,y,z");
-  const Eigen::Vector3d up(values[0], values[1], values[2]);
-  if (!up.allFinite() || !(up.norm() > 0))
-    throw UsageError("--gravity: " + io::inQuotes(text) + " is not a direction");
-  return up.normalized();
-}
-
-ViewpointMode
-parseViewpoint(const std::string& text)
-{
-  if (text == "auto")
-    return ViewpointMode::Auto;
-  if (text == "sensor")
-    return ViewpointMode::SensorOrigin;
-  if (text == "unknown")
-    return ViewpointMode::Unknown;
-  throw UsageError("--viewpoint: " + io::inQuotes(text) + " is not auto, sensor or unknown");
-}
-
-/// The profile that --method and --profile ask for together.
-Profile
-chooseProfile(const po::variables_map& values, std::string& method)
-{
-  if (!values.count("profile"))
-    return method == kPaperMethod ? Profile::Paper2017 : Profile::Default;
-  const auto& name = values["profile"].as<std::string>();
-  if (name != "default" && name != "paper2017")
-    throw UsageError("--profile: " + io::inQuotes(name) + " is not default or paper2017");
-  const Profile profile = name == "default" ? Profile::Default : Profile::Paper2017;
-  if (profile == Profile::Default && method == kPaperMethod)
-    throw UsageError("--profile default contradicts --method ssfr_paper2017");
-  if (profile == Profile::Paper2017 && method == kDefaultMethod)
-    method = kPaperMethod;
-  return profile;
-}
-
-Options
-chooseOptions(const po::variables_map& values, Profile profile)
-{
-  Options options = makeOptions(profile);
-  const auto set = [&values](const char* name, double& target) {
-    if (values.count(name))
-      target = values[name].as<double>();
-  };
-  set("normal-radius", options.normal_radius);
-  set("density-radius", options.density_radius);
-  set("bin-width", options.bin_width);
-  set("leaf", options.leaf);
-  set("min-confidence", options.min_confidence);
-  set("time-limit", options.time_limit);
-  options.viewpoint_mode = parseViewpoint(values["viewpoint"].as<std::string>());
-  if (values.count("gravity")) {
-    GravityPrior gravity;
-    gravity.up_source = gravity.up_target = parseGravity(values["gravity"].as<std::string>());
-    options.gravity = gravity;
-  }
-  if (values.count("refine") && values.count("no-refine"))
-    throw UsageError("--refine contradicts --no-refine");
-  if (values.count("refine"))
-    options.refine = true;
-  if (values.count("no-refine"))
-    options.refine = false;
-  const int threads = values["threads"].as<int>();
-  if (threads < 0)
-    throw UsageError("--threads: '" + std::to_string(threads) + "' is negative");
-  options.threads = static_cast<unsigned>(threads);
-  try {
-    validate(options);
-  }
-  catch (const std::invalid_argument& error) {
-    throw UsageError(error.what());
-  }
-  return options;
 }
 
 po::variables_map
@@ -238,14 +91,12 @@ parseAlignArguments(const std::vector<std::string>& arguments)
   set("transform", result.transform);
   set("json", result.json);
   set("pictures", result.pictures);
-  set("guess", result.guess_file);
-  set("method", result.method);
   if (!result.output.empty() && !io::isWritableFormat(result.output))
     throw UsageError("--output: " + result.output + " is not a .pcd or .ply file");
-  if (!findMethod(result.method))
-    throw UsageError("--method: " + io::inQuotes(result.method) + " is not one of " + methodNames());
-  const Profile profile = chooseProfile(values, result.method);
-  result.options = chooseOptions(values, profile);
+  MethodArguments method = readMethodOptions(values);
+  result.method = std::move(method.method);
+  result.guess_file = std::move(method.guess_file);
+  result.options = method.options;
   return result;
 }
 

@@ -102,6 +102,7 @@ drawLegendEntry(cairo_t* context, double left, double baseline, const Colour& co
 void
 drawDot(cairo_t* context, double x, double y, double radius, const Colour& colour)
 {
+  cairo_new_path(context); // text leaves a point behind
   cairo_arc(context, x, y, radius, 0, 2 * M_PI);
   setColour(context, colour);
   cairo_fill_preserve(context);

@@ -2,6 +2,7 @@
 // Copyright (c) 2026, pcl_ssfr contributors
 
 #include <apps/json_values.h>
+#include <apps/options_json.h>
 #include <apps/report.h>
 
 #include <pcl_ssfr/version.h>
@@ -12,6 +13,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 
 namespace pcl_ssfr {
 namespace apps {
@@ -36,6 +38,15 @@ Json
 vectorJson(const Eigen::Vector3d& v)
 {
   return {v.x(), v.y(), v.z()};
+}
+
+/// Where a file is found from any folder; empty for no file.
+std::string
+absolutePath(const std::string& path)
+{
+  std::error_code error;
+  const std::filesystem::path absolute = std::filesystem::absolute(path, error);
+  return path.empty() || error ? path : absolute.lexically_normal().string();
 }
 
 /// Angle of a rotation [deg].
@@ -182,6 +193,10 @@ toJson(const Report& report)
         {{"name", stage.name}, {"seconds", stage.seconds}, {"in", stage.count_in}, {"out", stage.count_out}});
   json["source"] = report.source;
   json["target"] = report.target;
+  json["source_path"] = absolutePath(report.source);
+  json["target_path"] = absolutePath(report.target);
+  json["options"] = optionsJson(report.options);
+  json["guess"] = report.guess ? matrixJson(*report.guess) : Json(nullptr);
   json["version"] = PCL_SSFR_VERSION;
   return json;
 }

@@ -7,6 +7,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include <optional>
 #include <string>
 
 namespace pcl_ssfr {
@@ -14,12 +15,14 @@ namespace apps {
 
 /// One run of one method on one pair, and what it cost.
 struct Report {
-  std::string source; ///< file name
-  std::string target; ///< file name
+  std::string source; ///< path
+  std::string target; ///< path
   std::string method;
   MethodRun run;
-  double loading_seconds = 0; ///< [s]
-  double peak_rss_mib = 0;    ///< [MiB]
+  double loading_seconds = 0;             ///< [s]
+  double peak_rss_mib = 0;                ///< [MiB]
+  Options options;                        ///< that it was run with
+  std::optional<Eigen::Isometry3d> guess; ///< in file coordinates
 };
 
 /// Largest resident memory of this process so far [MiB].

@@ -32,6 +32,8 @@ align(const apps::AlignArguments& arguments, const io::LoadedCloud& source, cons
   report.source = arguments.source;
   report.target = arguments.target;
   report.method = arguments.method;
+  report.options = arguments.options;
+  report.guess = guess;
   report.run = apps::runMethod(arguments.method, source, target, arguments.options, guess);
   report.peak_rss_mib = apps::peakRssMib();
   return report;

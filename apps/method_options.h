@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#pragma once
+
+#include <pcl_ssfr/options.h>
+
+#include <boost/program_options.hpp>
+
+#include <string>
+
+namespace pcl_ssfr {
+namespace apps {
+
+constexpr unsigned kHelpWidth = 100; ///< of the lines of --help
+
+/// How a registration is run, as the command line says it.
+struct MethodArguments {
+  std::string method = "ssfr";
+  std::string guess_file; ///< file of a 4x4 transform; empty: none
+  Options options;
+};
+
+/// Add the options that every program takes which runs one registration: method, scales, threads, --help, --version.
+void
+addMethodOptions(boost::program_options::options_description& all);
+
+/// The values of these options. \throw UsageError
+MethodArguments
+readMethodOptions(const boost::program_options::variables_map& values);
+
+} // namespace apps
+} // namespace pcl_ssfr

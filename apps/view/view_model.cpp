@@ -1,0 +1,503 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#include <apps/benchmark/pair_input.h>
+#include <apps/view/view_model.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <thread>
+
+namespace pcl_ssfr {
+namespace apps {
+
+namespace {
+
+constexpr double kDegree = 0.017453292519943295;
+constexpr double kRotationFound = 5; ///< a candidate rotation this near to the truth is taken as the right one [deg]
+constexpr double kShiftFound = 0.5;  ///< a shift this near to the truth is refined to it [m], at scale 1
+constexpr double kScoreReach = 0.8;  ///< shifts are tried this far to both sides, of the larger radius of the scans
+constexpr int kScoreSteps = 80;      ///< to each side
+constexpr double kPaperParallel = 2; ///< a rotation of the paper's profile is found again within this [deg]
+
+template <typename... Values>
+std::string
+format(const char* pattern, Values... values)
+{
+  std::array<char, 400> buffer{};
+  const int length = std::snprintf(buffer.data(), buffer.size(), pattern, values...);
+  return {buffer.data(), std::min(buffer.size() - 1, static_cast<std::size_t>(std::max(length, 0)))};
+}
+
+double
+angleBetween(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b)
+{
+  return Eigen::AngleAxisd(a.transpose() * b).angle() / kDegree;
+}
+
+const RangeImage*
+freeSpace(const PatchScan& scan)
+{
+  return scan.range_image.empty() ? nullptr : &scan.range_image;
+}
+
+/// The paper's stages with the scales that the user set.
+Options
+paperOptions(Options options)
+{
+  if (options.density_radius > 0)
+    options.density.radius = options.density_radius;
+  if (options.bin_width > 0)
+    options.translation.histogram.bin_width = options.bin_width;
+  return options;
+}
+
+/// The rotation of a list that is nearest to \p R, or its end.
+std::vector<RotationCandidate>::const_iterator
+nearestRotation(const std::vector<RotationCandidate>& rotations, const Eigen::Matrix3d& R)
+{
+  return std::min_element(
+      rotations.begin(), rotations.end(), [&R](const RotationCandidate& a, const RotationCandidate& b) {
+        return angleBetween(a.R_target_source, R) < angleBetween(b.R_target_source, R);
+      });
+}
+
+/// One sample of some.
+OrientedSamples
+oneSample(const OrientedSamples& samples, Eigen::Index i)
+{
+  OrientedSamples one;
+  one.points = samples.points.col(i);
+  one.normals = samples.normals.col(i);
+  one.weights = samples.weights.segment(i, 1);
+  one.extents = samples.extents.segment(i, 1);
+  one.oriented = samples.oriented;
+  return one;
+}
+
+} // namespace
+
+ViewModel::ViewModel(ViewRun run, std::size_t candidate) : run_(std::move(run))
+{
+  const Options& used = run_.report.options;
+  options_ = used;
+  if (used.profile != Profile::Default) {
+    options_ = makeOptions(Profile::Default);
+    options_.viewpoint_mode = used.viewpoint_mode;
+    options_.threads = used.threads;
+    options_.gravity = used.gravity;
+    const bool oriented = used.viewpoint_mode != ViewpointMode::Unknown;
+    paper_source_ = preparePaperScan(viewOf(run_.source), used, oriented);
+    paper_target_ = preparePaperScan(viewOf(run_.target), used, oriented);
+  }
+  source_ = preparePatchScan(viewOf(run_.source), options_);
+  target_ = preparePatchScan(viewOf(run_.target), options_);
+  searches_ = repeatSearch(source_, target_, options_);
+  addPoses();
+  chosen_ = std::min(candidate > 0 ? candidate - 1 : 0, poses_.size() - 1);
+}
+
+bool
+ViewModel::isOwnMethod() const
+{
+  const Method* method = findMethod(run_.report.method);
+  return method && (method->kind == MethodKind::Ssfr || method->kind == MethodKind::SsfrRefined);
+}
+
+const ViewedPose*
+ViewModel::truth() const
+{
+  return poses_.back().is_truth ? &poses_.back() : nullptr;
+}
+
+Eigen::Isometry3d
+ViewModel::toClouds(const Eigen::Isometry3d& T_files) const
+{
+  return Eigen::Translation3d(-run_.target.offset) * T_files * Eigen::Translation3d(run_.source.offset);
+}
+
+Eigen::Isometry3d
+ViewModel::toPatches(const Eigen::Isometry3d& T_files) const
+{
+  return Eigen::Translation3d(-targetOffset()) * T_files * Eigen::Translation3d(sourceOffset());
+}
+
+ViewedPose
+ViewModel::judged(const Eigen::Isometry3d& T_files, const Candidate* known) const
+{
+  ViewedPose pose;
+  // The evidence is always that of the default profile; score and overlap are the method's own where it told them.
+  pose.candidate = judgePose(source_, target_, toClouds(T_files), options_, false);
+  if (known && !(isOwnMethod() && !isPaperProfile())) {
+    pose.candidate.score = known->score;
+    pose.candidate.overlap = known->overlap;
+  }
+  if (known)
+    pose.candidate.from_guess = known->from_guess;
+  pose.candidate.T_target_source = T_files;
+  if (run_.truth) {
+    pose.error = poseError(T_files, *run_.truth, run_.reference);
+    pose.right = isWithin(*pose.error, run_.bound);
+  }
+  return pose;
+}
+
+void
+ViewModel::addPoses()
+{
+  const std::vector<Candidate>& candidates = result().candidates;
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    ViewedPose pose = judged(candidates[i].T_target_source, &candidates[i]);
+    pose.short_name = std::to_string(i + 1);
+    pose.name = "candidate " + pose.short_name + (candidates[i].from_guess ? " (the guess)" : "");
+    poses_.push_back(pose);
+  }
+  if (poses_.empty()) {
+    ViewedPose pose = judged(result().T_target_source, nullptr);
+    pose.name = "no pose was found: the scans as they are";
+    pose.short_name = "none";
+    poses_.push_back(pose);
+  }
+  if (run_.truth) {
+    ViewedPose pose = judged(*run_.truth, nullptr);
+    pose.name = "the truth";
+    pose.short_name = "truth";
+    pose.is_truth = true;
+    poses_.push_back(pose);
+  }
+}
+
+SphereView
+ViewModel::sphere(bool of_source) const
+{
+  SphereView view;
+  if (isPaperProfile()) {
+    const PaperScan& scan = of_source ? *paper_source_ : *paper_target_;
+    const DensityOptions density = paperOptions(run_.report.options).density;
+    view.directions = makeGaussianSphere(scan.normals.samples);
+    view.regions = findDensestRegions(view.directions, computeDensity(view.directions, density), density);
+    view.main_normals = scan.main_normals;
+    view.radius = density.radius;
+    return view;
+  }
+  const PatchScan& scan = of_source ? source_ : target_;
+  const DensityOptions density = patchDensityOptions(options_);
+  view.directions = makeGaussianSphere(scan.patches.samples);
+  view.regions = findDensestRegions(view.directions, computeDensity(view.directions, density), density);
+  view.main_normals = of_source ? searches_.front().source_normals : searches_.front().target_normals;
+  view.radius = density.radius;
+  return view;
+}
+
+std::array<AxisView, 3>
+ViewModel::patchAxes(const Eigen::Matrix3d& R) const
+{
+  // The efforts differ in the number of peaks alone; those of the last one that was made are shown.
+  const PatchSearch& search = searches_[effortsMade() - 1];
+  const OrientedSamples& source = source_.patches.samples;
+  const OrientedSamples& target = target_.patches.samples;
+  const Eigen::Matrix3d axes = chooseSearchAxes(source, target, search.target_normals, R, search.options.parallel_cos);
+  const std::array<int, 3> counts{{search.options.peaks_first, search.options.peaks_second, 0}};
+  std::array<AxisView, 3> views;
+  for (std::size_t k = 0; k < 3; ++k) {
+    AxisView& view = views[k];
+    view.axis = axes.col(static_cast<Eigen::Index>(k));
+    view.correlation = correlateAlongAxis(source, target, R.transpose() * view.axis, view.axis, search.options);
+    view.every_shift = counts[k] == 0;
+    if (!view.every_shift)
+      view.peaks = findPeaks(view.correlation.sum, searchPeakOptions(search.options, counts[k]));
+  }
+  return views;
+}
+
+std::array<AxisView, 3>
+ViewModel::paperAxes(const Eigen::Matrix3d& R) const
+{
+  const Options options = paperOptions(run_.report.options);
+  const OrientedSamples& target = paper_target_->normals.samples;
+  TranslationOptions stage = options.translation;
+  stage.histogram.bin_width = boundBinWidth(
+      stage.histogram.bin_width, paper_source_->normals.samples, target, options.translation.histogram.max_bins);
+  const std::vector<RotationCandidate> rotations =
+      proposeRotations(paper_source_->main_normals, paper_target_->main_normals, options.rotation);
+  const auto nearest = nearestRotation(rotations, R);
+  std::array<AxisView, 3> views;
+  Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();
+  if (nearest != rotations.end() && angleBetween(nearest->R_target_source, R) < kPaperParallel) {
+    const auto chosen = chooseAxes(*nearest, paper_source_->main_normals, paper_target_->main_normals, stage);
+    if (chosen)
+      axes = chosen->axes;
+  }
+  Eigen::Isometry3d rotation = Eigen::Isometry3d::Identity();
+  rotation.linear() = R;
+  const OrientedSamples source = transformSamples(paper_source_->normals.samples, rotation);
+  CorrelationOptions peaks = stage.correlation;
+  peaks.max_peaks = 1;
+  for (std::size_t k = 0; k < 3; ++k) {
+    AxisView& view = views[k];
+    view.axis = axes.col(static_cast<Eigen::Index>(k));
+    const auto histogram = [&](const OrientedSamples& samples) {
+      return clipHistogram(projectOnAxis(samples, view.axis, stage.histogram), stage.histogram);
+    };
+    view.correlation.facings = {stage.histogram.facing};
+    view.correlation.source = {histogram(source)};
+    view.correlation.target = {histogram(target)};
+    const Correlation plain = correlate(view.correlation.source.front(), view.correlation.target.front());
+    view.correlation.sum = plain.values.size() > 0 && peaks.envelope_half_window > 0
+                               ? subtractMedianEnvelope(plain, peaks.envelope_half_window)
+                               : plain;
+    view.peaks = findPeaks(plain, peaks);
+  }
+  return views;
+}
+
+std::array<AxisView, 3>
+ViewModel::axes(const ViewedPose& pose, bool with_scores) const
+{
+  const Eigen::Isometry3d& T = pose.candidate.T_target_source;
+  std::array<AxisView, 3> views = isPaperProfile() ? paperAxes(T.linear()) : patchAxes(T.linear());
+  // Histograms are about the origins of the prepared scans.
+  const auto prepared = [this](const Eigen::Isometry3d& T_files) {
+    if (!isPaperProfile())
+      return toPatches(T_files);
+    return Eigen::Isometry3d(Eigen::Translation3d(-run_.target.offset - paper_target_->normals.origin) * T_files *
+                             Eigen::Translation3d(run_.source.offset + paper_source_->normals.origin));
+  };
+  for (AxisView& view : views) {
+    view.shift = view.axis.dot(prepared(T).translation());
+    if (run_.truth)
+      view.true_shift = view.axis.dot(prepared(*run_.truth).translation());
+    if (with_scores)
+      view.scores = scoresAlong(toPatches(T), view.axis);
+  }
+  return views;
+}
+
+std::vector<ShiftScore>
+ViewModel::scoresAlong(const Eigen::Isometry3d& T_patches, const Eigen::Vector3d& axis) const
+{
+  const VisibilityOptions visibility = judgementOptions(source_, target_, options_);
+  const double step = kScoreReach / kScoreSteps * std::max({source_.extent.radius, target_.extent.radius, 1e-3});
+  std::vector<ShiftScore> scores(2 * kScoreSteps + 1);
+  const int threads =
+      static_cast<int>(options_.threads > 0 ? options_.threads : std::max(1U, std::thread::hardware_concurrency()));
+#pragma omp parallel for schedule(dynamic, 1) num_threads(threads)
+  for (int i = -kScoreSteps; i <= kScoreSteps; ++i) {
+    const Eigen::Isometry3d T = Eigen::Translation3d(i * step * axis) * T_patches;
+    SurfaceEvidence both = collectEvidence(source_.patches.samples, target_.index, freeSpace(target_), T, visibility);
+    both += collectEvidence(target_.patches.samples, source_.index, freeSpace(source_), T.inverse(), visibility);
+    const double total = std::max(both.total, 1e-12);
+    scores[static_cast<std::size_t>(i + kScoreSteps)] = {i * step, both.matched / total, both.contradicted / total};
+  }
+  return scores;
+}
+
+SurfaceFates
+ViewModel::fates(const ViewedPose& pose, bool of_source) const
+{
+  const VisibilityOptions visibility = judgementOptions(source_, target_, options_);
+  const PatchScan& own = of_source ? source_ : target_;
+  const PatchScan& other = of_source ? target_ : source_;
+  Eigen::Isometry3d T = toPatches(pose.candidate.T_target_source);
+  if (!of_source)
+    T = T.inverse();
+  SurfaceFates fates;
+  for (Eigen::Index i = 0; i < own.patches.size(); ++i) {
+    const SurfaceEvidence evidence =
+        collectEvidence(oneSample(own.patches.samples, i), other.index, freeSpace(other), T, visibility);
+    const SurfaceFate fate = evidence.matched > 0        ? SurfaceFate::Matched
+                             : evidence.contradicted > 0 ? SurfaceFate::Contradicted
+                             : evidence.unmatched > 0    ? SurfaceFate::Unmatched
+                                                         : SurfaceFate::Unseen;
+    fates.each.push_back(fate);
+    fates.surface[static_cast<std::size_t>(fate)] += evidence.total;
+  }
+  return fates;
+}
+
+// ---------------------------------------------------------------------------------------------------------------------
+// Where the truth was lost
+
+std::size_t
+ViewModel::effortsMade() const
+{
+  const auto made = std::count_if(
+      result().stages.begin(), result().stages.end(), [](const StageReport& s) { return s.name == "rotations"; });
+  return std::clamp<std::size_t>(static_cast<std::size_t>(made), 1, searches_.size());
+}
+
+std::vector<LossStep>
+ViewModel::findLoss() const
+{
+  if (!run_.truth || !isOwnMethod())
+    return {};
+  return isPaperProfile() ? findPaperLoss() : findPatchLoss();
+}
+
+LossStep
+ViewModel::selectionStep() const
+{
+  LossStep step;
+  step.stage = "selection";
+  const ViewedPose& best = poses_.front();
+  const ViewedPose& truth = poses_.back();
+  std::size_t rank = 0;
+  while (rank < poses_.size() && (poses_[rank].is_truth || !poses_[rank].right))
+    ++rank;
+  step.passed = best.right;
+  if (best.right)
+    step.finding = format("candidate 1 is right: %.2f deg and %.3f m from the truth",
+                          best.error->rotation_deg,
+                          best.error->translation_m);
+  else if (rank < poses_.size())
+    step.finding =
+        format("the truth is candidate %zu: score %.3f, contradicted %.2f %%; candidate 1 has %.3f and %.2f %%",
+               rank + 1,
+               poses_[rank].candidate.score,
+               100 * poses_[rank].candidate.contradiction,
+               best.candidate.score,
+               100 * best.candidate.contradiction);
+  else
+    step.finding =
+        format("no candidate is right; the true pose itself would score %.3f (contradicted %.2f %%), candidate 1 "
+               "has %.3f (%.2f %%)",
+               truth.candidate.score,
+               100 * truth.candidate.contradiction,
+               best.candidate.score,
+               100 * best.candidate.contradiction);
+  return step;
+}
+
+std::vector<LossStep>
+ViewModel::findPatchLoss() const
+{
+  std::vector<LossStep> steps;
+  const Eigen::Isometry3d truth = toPatches(*run_.truth);
+  const double scale = std::max(source_.scale, target_.scale);
+  const std::size_t efforts = effortsMade();
+  for (std::size_t e = 0; e < efforts; ++e) {
+    const PatchSearch& search = searches_[e];
+    const std::string suffix = efforts > 1 ? ", effort " + std::to_string(e + 1) : "";
+
+    LossStep rotation{"rotation" + suffix, false, "no rotation was proposed"};
+    const auto nearest = nearestRotation(search.rotations, truth.linear());
+    if (nearest != search.rotations.end()) {
+      const double degrees = angleBetween(nearest->R_target_source, truth.linear());
+      rotation.passed = degrees < kRotationFound;
+      rotation.finding = format("the nearest of %zu rotations is number %zu, %.2f deg from the truth",
+                                search.rotations.size(),
+                                static_cast<std::size_t>(nearest - search.rotations.begin()) + 1,
+                                degrees);
+    }
+    steps.push_back(rotation);
+    if (!rotation.passed)
+      continue;
+
+    const Eigen::Matrix3d& R = nearest->R_target_source;
+    const Eigen::Matrix3d axes = chooseSearchAxes(
+        source_.patches.samples, target_.patches.samples, search.target_normals, R, search.options.parallel_cos);
+    // A rotation that is a little off shifts the middle of the source: what counts is where the sensor comes to lie.
+    const Eigen::Vector3d place = source_.viewpoint;
+    const Eigen::Vector3d t = truth * place - R * place;
+    for (int k = 0; k < 2; ++k) {
+      const Eigen::Vector3d axis = axes.col(k);
+      const AxisCorrelation along = correlateAlongAxis(
+          source_.patches.samples, target_.patches.samples, R.transpose() * axis, axis, search.options);
+      const std::vector<ShiftPeak> all =
+          findPeaks(along.sum, searchPeakOptions(search.options, std::numeric_limits<int>::max()));
+      const int tried = k == 0 ? search.options.peaks_first : search.options.peaks_second;
+      const double wanted = axis.dot(t);
+      std::size_t rank = 0;
+      while (rank < all.size() && std::abs(all[rank].shift - wanted) > kShiftFound * scale)
+        ++rank;
+      LossStep shift{"shift along axis " + std::to_string(k + 1) + suffix, false, ""};
+      shift.passed = static_cast<int>(rank) < tried && rank < all.size();
+      shift.finding = rank < all.size()
+                          ? format("the true shift %.2f m is near peak %zu of %zu (at %.2f m); the first %d are tried",
+                                   wanted,
+                                   rank + 1,
+                                   all.size(),
+                                   all[rank].shift,
+                                   tried)
+                          : format("none of the %zu peaks is near the true shift %.2f m", all.size(), wanted);
+      steps.push_back(shift);
+    }
+
+    LossStep vote{"votes" + suffix, false, ""};
+    const auto isTrue = [&](const PoseHypothesis& pose) {
+      return angleBetween(pose.T_target_source.linear(), truth.linear()) < kRotationFound &&
+             (pose.T_target_source * place - truth * place).norm() < 2 * kShiftFound * scale;
+    };
+    const auto found = std::find_if(search.poses.begin(), search.poses.end(), isTrue);
+    if (found != search.poses.end()) {
+      const auto rank = static_cast<std::size_t>(found - search.poses.begin());
+      vote.passed = rank < search.refined;
+      vote.finding = format("a pose near the truth is number %zu of %zu by votes (%.3f, the first has %.3f); the first "
+                            "%zu are refined",
+                            rank + 1,
+                            search.poses.size(),
+                            found->score,
+                            search.poses.front().score,
+                            search.refined);
+    }
+    else {
+      vote.finding = format("none of the %zu poses found is near the truth", search.poses.size());
+    }
+    steps.push_back(vote);
+  }
+  LossStep refinement;
+  refinement.stage = "refinement";
+  const Candidate refined = judgePose(source_, target_, toClouds(*run_.truth), options_, true);
+  const PoseError moved = poseError(Eigen::Translation3d(run_.target.offset) * refined.T_target_source *
+                                        Eigen::Translation3d(-run_.source.offset),
+                                    *run_.truth,
+                                    run_.reference);
+  refinement.passed = isWithin(moved, run_.bound);
+  refinement.finding = format("started at the truth it ends %.2f deg and %.3f m away, with score %.3f",
+                              moved.rotation_deg,
+                              moved.translation_m,
+                              refined.score);
+  steps.push_back(refinement);
+  steps.push_back(selectionStep());
+  return steps;
+}
+
+std::vector<LossStep>
+ViewModel::findPaperLoss() const
+{
+  const Options options = paperOptions(run_.report.options);
+  std::vector<LossStep> steps;
+  const std::vector<RotationCandidate> rotations =
+      proposeRotations(paper_source_->main_normals, paper_target_->main_normals, options.rotation);
+  LossStep rotation{"rotation", false, "no rotation was proposed"};
+  const auto nearest = nearestRotation(rotations, run_.truth->linear());
+  if (nearest != rotations.end()) {
+    const double degrees = angleBetween(nearest->R_target_source, run_.truth->linear());
+    rotation.passed = degrees < kRotationFound;
+    rotation.finding = format("the nearest of %zu rotations is %.2f deg from the truth", rotations.size(), degrees);
+  }
+  steps.push_back(rotation);
+  if (rotation.passed) {
+    ViewedPose pose = poses_.back();
+    pose.candidate.T_target_source.linear() = nearest->R_target_source;
+    const std::array<AxisView, 3> views = axes(pose, false);
+    for (std::size_t k = 0; k < 3; ++k) {
+      LossStep shift{"shift along axis " + std::to_string(k + 1), false, "no plane faces this axis in both scans"};
+      if (!views[k].peaks.empty()) {
+        const double apart = std::abs(views[k].peaks.front().shift - *views[k].true_shift);
+        shift.passed = apart < kShiftFound;
+        shift.finding = format("the highest peak is at %.2f m, the true shift is %.2f m",
+                               views[k].peaks.front().shift,
+                               *views[k].true_shift);
+      }
+      steps.push_back(shift);
+    }
+  }
+  steps.push_back(selectionStep());
+  return steps;
+}
+
+} // namespace apps
+} // namespace pcl_ssfr

@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#pragma once
+
+#include <apps/view/view_run.h>
+
+#include <pcl_ssfr/paper_profile.h>
+#include <pcl_ssfr/patch_profile.h>
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace pcl_ssfr {
+namespace apps {
+
+/// A pose to look at.
+struct ViewedPose {
+  std::string name;       ///< for captions: "candidate 2", "the truth"
+  std::string short_name; ///< for tables: "2", "truth"
+  bool is_truth = false;
+  Candidate candidate;            ///< in file coordinates, judged
+  std::optional<PoseError> error; ///< to the truth, where it is known
+  bool right = false;             ///< within the bound
+};
+
+/// What becomes of a piece of surface that is laid into the other scan.
+enum class SurfaceFate {
+  Matched,      ///< meets its like
+  Contradicted, ///< hangs where the other sensor saw free space
+  Unmatched,    ///< in view of the other sensor, but nothing like it is there
+  Unseen        ///< hidden, behind, or out of view: says nothing
+};
+
+/// The fates of one scan's samples and what they weigh.
+struct SurfaceFates {
+  std::vector<SurfaceFate> each;               ///< one a sample
+  std::array<double, 4> surface{{0, 0, 0, 0}}; ///< by SurfaceFate [m^2]
+
+  double
+  total() const
+  {
+    return surface[0] + surface[1] + surface[2] + surface[3];
+  }
+};
+
+/// The Gaussian sphere of a scan, as the method made it.
+struct SphereView {
+  DirectionSet directions; ///< in the frame of the scan
+  std::vector<DenseRegion> regions;
+  std::vector<MainNormal> main_normals;
+  double radius = 0; ///< r_d, chord
+};
+
+/// A shift along an axis, tried while the other two stay as they are under the pose.
+struct ShiftScore {
+  double offset = 0;       ///< from the pose [m]
+  double matched = 0;      ///< share of the surface of both scans
+  double contradicted = 0; ///< share of the surface of both scans
+};
+
+/// One of the three axes along which a pose's translation is looked for.
+struct AxisView {
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitX(); ///< unit, target frame
+  AxisCorrelation correlation;
+  std::vector<ShiftPeak> peaks;     ///< best first; as many as the search tries, none where it tries every shift
+  bool every_shift = false;         ///< the search does not rely on peaks here
+  double shift = 0;                 ///< of the pose [m]
+  std::optional<double> true_shift; ///< that the truth has along this axis [m]
+  std::vector<ShiftScore> scores;
+};
+
+/// One step at which the truth may get lost.
+struct LossStep {
+  std::string stage;
+  bool passed = false;
+  std::string finding; ///< one sentence with figures
+};
+
+/// Everything about a run that its result does not keep, computed again with the method's own functions.
+class ViewModel {
+public:
+  /// \throw std::invalid_argument options out of range
+  explicit ViewModel(ViewRun run, std::size_t candidate);
+
+  const ViewRun&
+  run() const
+  {
+    return run_;
+  }
+  const Result&
+  result() const
+  {
+    return run_.report.run.result;
+  }
+  const PatchScan&
+  source() const
+  {
+    return source_;
+  }
+  const PatchScan&
+  target() const
+  {
+    return target_;
+  }
+  /// Candidates in their order, then the truth where it is known; never empty.
+  const std::vector<ViewedPose>&
+  poses() const
+  {
+    return poses_;
+  }
+  /// The pose to show closely.
+  std::size_t
+  chosen() const
+  {
+    return chosen_;
+  }
+  const ViewedPose&
+  chosenPose() const
+  {
+    return poses_[chosen_];
+  }
+  /// The truth, null when it is not known.
+  const ViewedPose*
+  truth() const;
+
+  /// Whether the stages shown are those of the method of the run; else they are what the default profile sees.
+  bool
+  isOwnMethod() const;
+  bool
+  isPaperProfile() const
+  {
+    return paper_source_.has_value();
+  }
+
+  SphereView
+  sphere(bool of_source) const;
+
+  /// The axes of a pose; their scores are left out when \p with_scores is false (they take the longest).
+  std::array<AxisView, 3>
+  axes(const ViewedPose& pose, bool with_scores) const;
+
+  /// The fates of the source's patches laid into the target, or the other way round.
+  SurfaceFates
+  fates(const ViewedPose& pose, bool of_source) const;
+
+  /// Stage by stage whether the truth was still there; empty when it is not known or the method is another.
+  std::vector<LossStep>
+  findLoss() const;
+
+  /// A pose between the patches of the scans (relative to PatchScan::origin) from one between files.
+  Eigen::Isometry3d
+  toPatches(const Eigen::Isometry3d& T_files) const;
+
+  /// Points of a scan in file coordinates from its patches.
+  Eigen::Vector3d
+  sourceOffset() const
+  {
+    return run_.source.offset + source_.origin;
+  }
+  Eigen::Vector3d
+  targetOffset() const
+  {
+    return run_.target.offset + target_.origin;
+  }
+
+private:
+  void
+  addPoses();
+  ViewedPose
+  judged(const Eigen::Isometry3d& T_files, const Candidate* known) const;
+  /// Poses between clouds (without their offsets), as the library takes them.
+  Eigen::Isometry3d
+  toClouds(const Eigen::Isometry3d& T_files) const;
+  std::array<AxisView, 3>
+  patchAxes(const Eigen::Matrix3d& R) const;
+  std::array<AxisView, 3>
+  paperAxes(const Eigen::Matrix3d& R) const;
+  std::vector<ShiftScore>
+  scoresAlong(const Eigen::Isometry3d& T_patches, const Eigen::Vector3d& axis) const;
+  std::size_t
+  effortsMade() const;
+  std::vector<LossStep>
+  findPatchLoss() const;
+  std::vector<LossStep>
+  findPaperLoss() const;
+  LossStep
+  selectionStep() const;
+
+  ViewRun run_;
+  Options options_; ///< that the patches are prepared with
+  PatchScan source_;
+  PatchScan target_;
+  std::optional<PaperScan> paper_source_;
+  std::optional<PaperScan> paper_target_;
+  std::vector<PatchSearch> searches_;
+  std::vector<ViewedPose> poses_;
+  std::size_t chosen_ = 0;
+};
+
+} // namespace apps
+} // namespace pcl_ssfr
