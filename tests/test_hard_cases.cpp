@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+// The default profile where registration is hard, on simulated scans with exact truth: little overlap, corridors,
+// repetition. Every scan is in a randomly turned frame.
+// Each case states how many of its pairs must be solved, and none may be accepted that is wrong.
+
+#include "hard_cases.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace {
+
+using namespace pcl_ssfr;
+using namespace pcl_ssfr::testing;
+using simulation::DatasetPlan;
+
+// ---------------------------------------------------------------------------------------------------------------------
+// Little overlap
+
+/// Pairs of scans of a plan of which each sees between 25 and 40 % of what the other sees: at most \p most.
+std::vector<std::pair<std::size_t, std::size_t>>
+pairsThatOverlapByAThird(const DatasetPlan& plan, std::size_t most)
+{
+  constexpr double kLeast = 0.25;
+  constexpr double kMost = 0.4;
+  constexpr std::size_t kRays = 500;
+  const simulation::PreparedPlan prepared = simulation::prepare(plan, 2);
+  const simulation::RayCaster caster(simulation::surfacesAt(prepared.scene, {}, plan.seed, 0));
+  std::vector<std::pair<std::size_t, std::size_t>> pairs;
+  const std::vector<Eigen::Isometry3d>& poses = prepared.T_world_sensor;
+  for (std::size_t i = 1; i < poses.size(); ++i)
+    for (std::size_t j = 0; j < i && pairs.size() < most; ++j) {
+      const double overlap = std::min(visibleOverlap(caster, prepared.sensor, poses[i], poses[j], kRays),
+                                      visibleOverlap(caster, prepared.sensor, poses[j], poses[i], kRays));
+      if (overlap >= kLeast && overlap <= kMost)
+        pairs.emplace_back(i, j);
+    }
+  return pairs;
+}
+
+class ThirtyPercentOverlap : public ::testing::TestWithParam<Place> {};
+
+TEST_P(ThirtyPercentOverlap, IsEnough)
+{
+  const Place place = GetParam();
+  constexpr std::size_t kPairs = 3; // a seed
+  Tally tally;
+  for (const std::uint64_t seed : {1, 2}) {
+    DatasetPlan plan = planScans(place.scene, place.sensor, 9, place.beams, seed);
+    plan.trajectory.step = place.step;
+    const auto pairs = pairsThatOverlapByAThird(plan, kPairs);
+    const std::vector<PosedScan> scans = takeScans(plan);
+    for (const auto& [i, j] : pairs)
+      addPair(tally, scans, i, j, seed);
+  }
+  ASSERT_GE(tally.pairs, kPairs);
+  expectAllBelieved(tally);
+}
+
+INSTANTIATE_TEST_SUITE_P(Places,
+                         ThirtyPercentOverlap,
+                         ::testing::Values(Place{"apartment", "leica_p20", 60000, 0.8},
+                                           Place{"apartment", "hokuyo_utm30lx", 100000, 0.8},
+                                           Place{"hall", "leica_p20", 100000, 5}),
+                         nameOfPlace);
+
+// ---------------------------------------------------------------------------------------------------------------------
+// Corridors
+
+TEST(Corridor, WithRoomsIsRegistered)
+{
+  Tally tally;
+  for (const std::uint64_t seed : {1, 2}) {
+    DatasetPlan plan = planScans("office_floor", "leica_p20", 6, 60000, seed);
+    plan.trajectory.step = 1.5;
+    addConsecutive(tally, takeScans(plan), seed);
+  }
+  ASSERT_EQ(tally.pairs, 10u);
+  expectAllBelieved(tally);
+}
+
+TEST(Corridor, WithoutAnEndIsUnobservable)
+{
+  for (const char* sensor : {"sick_lms200", "hokuyo_utm30lx", "leica_p20"}) {
+    const std::vector<PosedScan> scans = takeScans(planScans("endless_corridor", sensor, 3, 40000, 5));
+    for (std::size_t i = 1; i < scans.size(); ++i) {
+      const Result result = registerPosedScans(scans[i], scans[i - 1]).result;
+      EXPECT_EQ(result.status, Status::Unobservable) << sensor << ": " << describe(result);
+    }
+  }
+}
+
+// ---------------------------------------------------------------------------------------------------------------------
+// Repetition
+
+TEST(Repetition, StoreysAreToldApart)
+{
+  // The walk goes through both storeys, which are alike: scans of the second are tempted by the first.
+  Tally tally;
+  for (const std::uint64_t seed : {1, 2}) {
+    const std::vector<PosedScan> scans = takeScans(planScans("two_floors_alike", "leica_p20", 10, 40000, seed));
+    for (std::size_t i = 3; i < scans.size(); i += 2)
+      addPair(tally, scans, i, 0, seed);
+  }
+  ASSERT_EQ(tally.pairs, 8u);
+  expectAllBelieved(tally);
+}
+
+TEST(Repetition, ColumnsAreToldApart)
+{
+  Tally tally;
+  for (const std::uint64_t seed : {1, 2}) {
+    const std::vector<PosedScan> scans = takeScans(planScans("hall", "leica_p20", 4, 60000, seed));
+    for (std::size_t i = 1; i < scans.size(); ++i)
+      for (std::size_t j = 0; j < i; ++j)
+        addPair(tally, scans, i, j, seed);
+  }
+  ASSERT_EQ(tally.pairs, 12u);
+  EXPECT_GE(tally.solved, 11u) << tally.failures;
+  EXPECT_EQ(tally.wrong, 0u) << tally.failures;
+}
+
+} // namespace

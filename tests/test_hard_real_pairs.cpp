@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+// Hard cases on real scans with ground truth, where the folder with them exists. Every source is turned by a seeded
+// random rotation about its sensor first. A row names pairs and how many of them may be missed; nothing wrong may be
+// accepted.
+
+#include "simulated_scans.h"
+#include "synthetic_scene.h"
+
+#include <apps/io/dataset_folder.h>
+#include <apps/io/loaded_cloud.h>
+
+#include <gtest/gtest.h>
+
+#include <cstddef>
+#include <filesystem>
+#include <ostream>
+#include <string>
+#include <vector>
+
+namespace {
+
+using namespace pcl_ssfr;
+using namespace pcl_ssfr::testing;
+namespace fs = std::filesystem;
+
+PosedScan
+loadScan(const std::string& file)
+{
+  const io::LoadedCloud cloud = io::loadCloud(file);
+  PosedScan scan;
+  scan.points.resize(3, static_cast<Eigen::Index>(cloud.points->size()));
+  for (Eigen::Index i = 0; i < scan.points.cols(); ++i)
+    scan.points.col(i) = (*cloud.points)[static_cast<std::size_t>(i)].getVector3fMap();
+  return scan;
+}
+
+/// A set and the rows of its pairs.csv to take.
+struct Row {
+  const char* what;
+  const char* folder;
+  std::vector<std::size_t> pairs; ///< rows of pairs.csv, the first is 0
+  std::size_t may_fail;           ///< so many may be unsolved or refused
+  Eigen::Index thin_source;       ///< only every k-th point of the source
+  Eigen::Index thin_target;       ///< and of the target
+};
+
+std::ostream&
+operator<<(std::ostream& out, const Row& row)
+{
+  return out << row.what << ", " << row.folder;
+}
+
+class HardRealPairs : public ::testing::TestWithParam<Row> {};
+
+TEST_P(HardRealPairs, AreSolved)
+{
+  const Row& row = GetParam();
+  const fs::path folder = fs::path(PCL_SSFR_SHARED_DATA_DIR) / row.folder;
+  if (!fs::exists(folder / "pairs.csv"))
+    GTEST_SKIP() << folder << " is not there";
+  const io::DatasetFolder dataset = io::readDatasetFolder(folder.string());
+  std::size_t believed = 0;
+  std::string failures;
+  for (const std::size_t number : row.pairs) {
+    const io::ScanPair& pair = dataset.pairs.at(number);
+    PosedScan source = loadScan(io::scanPath(dataset.path, pair.source));
+    PosedScan target = loadScan(io::scanPath(dataset.path, pair.target));
+    Random random(1000 + number);
+    Eigen::Isometry3d turn = Eigen::Isometry3d::Identity();
+    turn.linear() = randomRotation(random);
+    source.points = transformed(turn, source.points);
+    source.T_world_scan = pair.T_target_source * turn.inverse();
+    const PairOutcome outcome =
+        registerPosedScans(thinnedScan(source, row.thin_source), thinnedScan(target, row.thin_target));
+    believed += outcome.right && outcome.result.accepted();
+    const std::string name = "pair " + std::to_string(number) + ", " + pair.source + " onto " + pair.target + ": ";
+    EXPECT_TRUE(outcome.honest()) << name << describe(outcome.result);
+    if (!outcome.right || !outcome.result.accepted())
+      failures += name + describe(outcome.result) + '\n';
+  }
+  EXPECT_GE(believed + row.may_fail, row.pairs.size()) << failures;
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Rows,
+    HardRealPairs,
+    ::testing::Values(Row{"overlap of 31 to 42 %", "parking_tls", {6, 10, 12, 17, 18, 20, 22, 25}, 0, 1, 1},
+                      Row{"overlap of 34 and 35 %", "eth_facade", {0, 16}, 0, 1, 1},
+                      Row{"overlap of 40 to 42 %, street", "imm_A", {19, 27, 31, 43}, 1, 1, 1},
+                      Row{"corridor", "corridor_sick_3dtk", {0, 1, 2}, 0, 1, 1},
+                      Row{"ten times coarser source", "parking_tls", {0, 6, 10, 26}, 0, 10, 1},
+                      Row{"ten times coarser target", "parking_tls", {0, 6, 10, 26}, 0, 1, 10},
+                      Row{"ten times coarser source", "eth_facade", {0, 10, 20}, 0, 10, 1},
+                      Row{"ten times coarser target", "eth_facade", {0, 10, 20}, 0, 1, 10},
+                      Row{"ten times coarser source", "room_pair_pcl", {0}, 0, 10, 1},
+                      Row{"ten times coarser target", "room_pair_pcl", {0}, 0, 1, 10},
+                      Row{"ten times coarser source", "hall_livox_balm", {0, 40, 80, 120}, 1, 10, 1}));
+
+} // namespace
