@@ -58,7 +58,7 @@ takeScans(const simulation::DatasetPlan& plan, Frames frames = Frames::Turned)
   const simulation::PreparedPlan prepared = simulation::prepare(plan, kThreads);
   std::vector<Eigen::Vector3d> sensors;
   for (const Eigen::Isometry3d& T : prepared.T_world_sensor)
-    sensors.push_back(T.translation());
+    sensors.emplace_back(T.translation());
   const bool moves = plan.movables.people > 0 || plan.movables.doors_move || plan.movables.moved_furniture > 0;
   std::unique_ptr<simulation::RayCaster> caster;
   std::vector<PosedScan> scans;
