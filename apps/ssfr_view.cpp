@@ -35,6 +35,9 @@ checkDisplay(const apps::ViewArguments& arguments)
   const char* display = std::getenv("DISPLAY");
   if (!display || !*display)
     throw apps::UsageError("there is no display (DISPLAY is not set); --png DIR draws pictures without one");
+  if (!apps::canOpenDisplay())
+    throw apps::UsageError(std::string("the display ") + display +
+                           " cannot be opened; --png DIR draws pictures without one");
 }
 
 int
@@ -55,7 +58,7 @@ run(const std::vector<std::string>& tokens)
   if (!std::cout)
     throw io::IoError("standard output: cannot be written");
   if (arguments.window)
-    apps::showWindow(model, arguments.screenshot);
+    apps::showWindow(model, arguments.layer, arguments.screenshot);
   return kDone;
 }
 

@@ -16,8 +16,14 @@ hasWindow()
   return false;
 }
 
+bool
+canOpenDisplay()
+{
+  return false;
+}
+
 void
-showWindow(const ViewModel&, const std::string&)
+showWindow(const ViewModel&, WindowLayer, const std::string&)
 {
   throw std::logic_error("built without a window");
 }

@@ -30,6 +30,7 @@ describeOptions()
       ("render", text("DIR"), "the same as --png")
       ("window", "show the scans in a window (what happens without --png)")
       ("screenshot", text("FILE"), "open the window, write it to FILE (.png) and close it")
+      ("layer", text("NAME"), "what the window shows at first: points (default), patches or matches")
       ("candidate", text("K"), "candidate to show closely, 1 (default): the chosen one")
       ("truth", text("FILE"), "4x4 text: the true pose of SOURCE in TARGET, shown beside what was found");
   po::options_description input("Which pair, when RESULT is a folder", kHelpWidth);
@@ -120,6 +121,13 @@ parseViewArguments(const std::vector<std::string>& arguments)
   std::string word;
   if (text("candidate", word))
     result.candidate = parseWhole("candidate", word, 1, kMostCandidates);
+  if (text("layer", word)) {
+    if (word != "points" && word != "patches" && word != "matches")
+      throw UsageError("--layer: " + io::inQuotes(word) + " is not points, patches or matches");
+    result.layer = word == "points"    ? WindowLayer::Points
+                   : word == "patches" ? WindowLayer::Patches
+                                       : WindowLayer::Matches;
+  }
   if (text("pair", word))
     result.pair = parseWhole("pair", word, 0, std::uint64_t{1} << 53);
   if (text("seed", word))
@@ -157,7 +165,7 @@ viewHelp()
       << "\n\nExamples:\n"
          "  ssfr_align a.pcd b.pcd --json run.json; ssfr_view run.json --png pictures\n"
          "  ssfr_view a.pcd b.pcd --truth T.txt --png pictures    then open pictures/index.html\n"
-         "  ssfr_view data --pair 1 --perturb se3 --seed 7        in a window; press h there for its keys\n\n"
+         "  ssfr_view data --pair 1 --perturb se3 --seed 7        in a window, which lists its keys\n\n"
       << describeOptions()
       << "\nExit code: 0 shown or drawn, whether the scans were aligned or not (the first line of the output says "
          "it);\n"

@@ -14,6 +14,13 @@
 namespace pcl_ssfr {
 namespace apps {
 
+/// What a window shows at first.
+enum class WindowLayer {
+  Points,  ///< both scans as points
+  Patches, ///< planar patches coloured by direction
+  Matches  ///< planar patches, green where they meet their like, red where they contradict
+};
+
 /// What the user of ssfr_view asked for.
 struct ViewArguments {
   bool help = false;               ///< print the help and stop; nothing else is set
@@ -27,6 +34,7 @@ struct ViewArguments {
   std::size_t candidate = 1; ///< that is shown closely, from 1
   std::string pictures;      ///< folder; empty: none
   bool window = false;
+  WindowLayer layer = WindowLayer::Points;
   std::string screenshot; ///< of the window, which is closed then; empty: none
   MethodArguments method;
   std::vector<std::string> given; ///< long names of the options that were given, for inputs that do not take all

@@ -478,8 +478,9 @@ private:
       drawChartSteps(context, chart, s.origin + shift, s.bin_width, s.counts, kSourceColour, 0.25, sign);
     }
     if (both) {
-      drawAlignedText(context, chart.left + 4, chart.top + 13, "faces along", 11, 0);
-      drawAlignedText(context, chart.left + 4, chart.top + chart.height - 5, "faces against", 11, 0);
+      const double middle = chart.left + chart.width / 2;
+      drawAlignedText(context, middle, chart.top + 14, "faces along", 11.5, 0.5);
+      drawAlignedText(context, middle, chart.top + chart.height - 6, "faces against", 11.5, 0.5);
     }
   }
 
@@ -507,7 +508,7 @@ private:
       const Eigen::Index at = static_cast<Eigen::Index>(
           std::lround((axis.peaks[p].shift - sum.first_shift) / std::max(sum.bin_width, 1e-9)));
       const double value = sum.values[std::clamp<Eigen::Index>(at, 0, sum.values.size() - 1)];
-      drawNumberedMark(context, chart.x(axis.peaks[p].shift), chart.y(value), static_cast<int>(p) + 1, kPeakColour);
+      drawNumberedMark(context, chart.x(axis.peaks[p].shift), chart.y(value) - 9, static_cast<int>(p) + 1, kPeakColour);
     }
   }
 
@@ -536,7 +537,7 @@ private:
     chart.x_high = x.back();
     chart.y_low = 0;
     chart.y_high = 1.08 * highest;
-    drawChartFrame(context, chart, "When shifted from the pose", "further shift [m]", "", true);
+    drawChartFrame(context, chart, "When shifted from the pose", "further shift [m]", "share of the surface", true);
     drawMarks(context, chart, axis, pose, axis.shift);
     drawChartLine(context, chart, x, contradicted, fateColour(SurfaceFate::Contradicted));
     drawChartLine(context, chart, x, matched, fateColour(SurfaceFate::Matched));

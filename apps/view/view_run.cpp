@@ -40,7 +40,7 @@ void
 refuse(const ViewArguments& arguments, const std::vector<std::string>& taken, const std::string& input)
 {
   static const std::set<std::string> kAlways{
-      "png", "render", "window", "screenshot", "candidate", "truth", "threads", "help", "version"};
+      "png", "render", "window", "screenshot", "layer", "candidate", "truth", "threads", "help", "version"};
   for (const std::string& name : arguments.given)
     if (!kAlways.count(name) && std::find(taken.begin(), taken.end(), name) == taken.end())
       throw UsageError("--" + name + " does not go with " + input);

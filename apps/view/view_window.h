@@ -4,6 +4,7 @@
 #pragma once
 
 #include <apps/view/view_model.h>
+#include <apps/view/view_options.h>
 
 #include <string>
 
@@ -14,11 +15,15 @@ namespace apps {
 bool
 hasWindow();
 
+/// Whether the display that DISPLAY names can be opened.
+bool
+canOpenDisplay();
+
 /** \brief Show a run in a window until it is closed. \param[in] screenshot when not empty: write the window to this PNG
  * file and close it \throw io::IoError when the screenshot cannot be written
  */
 void
-showWindow(const ViewModel& model, const std::string& screenshot);
+showWindow(const ViewModel& model, WindowLayer layer, const std::string& screenshot);
 
 } // namespace apps
 } // namespace pcl_ssfr
