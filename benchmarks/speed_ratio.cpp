@@ -44,6 +44,7 @@ const char* const kUsage =
     "  --pairs N        pairs of each dataset, evenly spread over pairs.csv (default 3)\n"
     "  --paper          Profile::Paper2017 instead of the default profile\n"
     "  --no-long-icp    leave out the ICP of up to 50 iterations\n"
+    "  --with-paper     time of Profile::Paper2017 over that of the default profile too (one run)\n"
     "  --max-points N   largest cloud of --scaling (default 10000000)\n";
 
 struct Settings {
@@ -52,6 +53,7 @@ struct Settings {
   int pairs = 3;
   bool paper = false;
   bool long_icp = true;
+  bool with_paper = false;
   bool scaling = false;
   double max_points = 1e7;
   std::vector<std::string> datasets;
@@ -81,6 +83,8 @@ parse(int argc, char** argv)
       settings.paper = true;
     else if (argument == "--no-long-icp")
       settings.long_icp = false;
+    else if (argument == "--with-paper")
+      settings.with_paper = true;
     else if (argument == "--scaling")
       settings.scaling = true;
     else if (argument == "--max-points")
@@ -188,11 +192,26 @@ timeIcp(const NormalCloud::Ptr& source, const NormalCloud::Ptr& target, int iter
 struct PairTimes {
   double points = 0; ///< of both clouds
   double registration = 0;
+  double one_thread = 0;  ///< of the registration
+  double unavoidable = 0; ///< of that, thinning and patches (paper's profile: normals) of both scans
+  double paper = 0;       ///< registration by the paper's profile
   double normals = 0;
   double icp_10 = 0;
   double icp_50 = 0;
   bool solved = false; ///< within 2 degrees and 0.3 m of the truth, so that speed is not bought by failing
 };
+
+/// Seconds of the stages of a registration that no method on thinned planar patches can leave out, both scans.
+double
+unavoidableSeconds(const Result& result)
+{
+  double seconds = 0;
+  for (const StageReport& stage : result.stages)
+    for (const char* name : {"source thinning", "source patches", "source normals"})
+      if (stage.name == name || stage.name == "target" + std::string(name).substr(std::string("source").size()))
+        seconds += stage.seconds;
+  return seconds;
+}
 
 PairTimes
 timePair(const std::string& folder, const io::ScanPair& pair, const Options& options, const Settings& settings)
@@ -204,6 +223,18 @@ timePair(const std::string& folder, const io::ScanPair& pair, const Options& opt
   Result result;
   times.registration =
       medianSeconds(settings.runs, [&] { result = registerPair(viewOf(*source), viewOf(*target), options); });
+  Options other = options;
+  other.threads = 1;
+  std::vector<double> unavoidable;
+  times.one_thread = medianSeconds(settings.runs, [&] {
+    unavoidable.push_back(unavoidableSeconds(registerPair(viewOf(*source), viewOf(*target), other)));
+  });
+  times.unavoidable = median(unavoidable);
+  if (settings.with_paper) {
+    other = makeOptions(Profile::Paper2017);
+    other.threads = options.threads;
+    times.paper = medianSeconds(1, [&] { registerPair(viewOf(*source), viewOf(*target), other); });
+  }
   const Eigen::Isometry3d error = result.T_target_source.inverse() * pair.T_target_source;
   times.solved = Eigen::AngleAxisd(error.linear()).angle() < 2 * kPi / 180 && error.translation().norm() < 0.3;
 
@@ -236,15 +267,18 @@ printRatios(const Settings& settings, const Options& options)
       "Whole registration (thinning, patches or normals included), %s profile, %u threads, against PCL's\n"
       "NormalEstimationOMP (%d neighbours, %u threads, both clouds) and the align() of its\n"
       "IterativeClosestPointWithNormals from identity (one thread, normals given; at most 10 iterations, PCL's\n"
-      "default, and at most 50). Medians of %d runs (ICP of 50: one run), then over the pairs of the set.\n\n",
+      "default, and at most 50). Unavoidable: thinning and patches of both scans with one thread; the whole with one\n"
+      "thread is divided by it. Medians of %d runs (ICP of 50, paper: one run), then over the pairs of the set.\n\n",
       settings.paper ? "paper" : "default",
       settings.threads,
       kNeighbours,
       settings.threads,
       settings.runs);
   std::printf("| set | pairs (solved) | points | registration [s] | normals [s] | ICP 10 [s] | ICP 50 [s] | "
-              "registration / normals | registration / ICP 10 | registration / ICP 50 |\n"
-              "|---|---|---|---|---|---|---|---|---|---|\n");
+              "registration / normals | registration / ICP 10 | registration / ICP 50 | one thread / unavoidable | "
+              "one thread / %u threads | paper2017 / registration |\n"
+              "|---|---|---|---|---|---|---|---|---|---|---|---|---|\n",
+              settings.threads);
   for (const std::string& folder : settings.datasets) {
     const std::vector<io::ScanPair> pairs = io::readDatasetFolder(folder).pairs;
     const std::size_t count = std::min(pairs.size(), static_cast<std::size_t>(settings.pairs));
@@ -260,7 +294,7 @@ printRatios(const Settings& settings, const Options& options)
       return median(values);
     };
     const auto solved = std::count_if(times.begin(), times.end(), [](const PairTimes& t) { return t.solved; });
-    std::printf("| %s | %zu (%d) | %.0f | %.3f | %.3f | %.2f | %.2f | %.2f | %.4f | %.4f |\n",
+    std::printf("| %s | %zu (%d) | %.0f | %.3f | %.3f | %.2f | %.2f | %.2f | %.4f | %.4f | %.2f | %.2f | %.1f |\n",
                 folderName(folder).c_str(),
                 times.size(),
                 static_cast<int>(solved),
@@ -271,7 +305,10 @@ printRatios(const Settings& settings, const Options& options)
                 over_pairs([](const PairTimes& t) { return t.icp_50; }),
                 over_pairs([](const PairTimes& t) { return t.registration / t.normals; }),
                 over_pairs([](const PairTimes& t) { return t.registration / t.icp_10; }),
-                over_pairs([](const PairTimes& t) { return t.icp_50 > 0 ? t.registration / t.icp_50 : 0.0; }));
+                over_pairs([](const PairTimes& t) { return t.icp_50 > 0 ? t.registration / t.icp_50 : 0.0; }),
+                over_pairs([](const PairTimes& t) { return t.unavoidable > 0 ? t.one_thread / t.unavoidable : 0.0; }),
+                over_pairs([](const PairTimes& t) { return t.one_thread / t.registration; }),
+                over_pairs([](const PairTimes& t) { return t.paper / t.registration; }));
     std::fflush(stdout);
   }
 }
