@@ -6,6 +6,7 @@
 
 #include "scan_loader.h"
 #include "synthetic_scene.h"
+#include "timing.h"
 
 #include <apps/io/dataset_folder.h>
 
@@ -15,7 +16,6 @@
 #include <pcl/registration/icp.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <exception>
@@ -30,6 +30,8 @@
 namespace {
 
 using namespace pcl_ssfr;
+using benchmarks::median;
+using benchmarks::medianSeconds;
 using Cloud = pcl::PointCloud<pcl::PointXYZ>;
 using NormalCloud = pcl::PointCloud<pcl::PointNormal>;
 
@@ -97,27 +99,6 @@ parse(int argc, char** argv)
   if (settings.scaling != settings.datasets.empty())
     throw std::invalid_argument("give dataset folders, or --scaling");
   return settings;
-}
-
-double
-median(std::vector<double> values)
-{
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-/// Median wall clock time of \p runs calls [s].
-double
-medianSeconds(int runs, const std::function<void()>& call)
-{
-  std::vector<double> seconds;
-  for (int run = 0; run < runs; ++run) {
-    const auto start = std::chrono::steady_clock::now();
-    call();
-    seconds.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
-  }
-  return median(seconds);
 }
 
 ScanView

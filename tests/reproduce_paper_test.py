@@ -26,7 +26,7 @@ def pose(letter, degrees):
 def row(method, pair=0, success="1", rmse="0.02", time="1.5", **more):
     """One row of results.csv."""
     fields = {"dataset": "made_up", "source": f"s{pair}.pcd", "target": "t.pcd", "method": method, "status": "converged",
-              "converged": "1", "success": success, "rmse_m": rmse, "gt_rmse_m": "0.014", "time_s": time,
+              "converged": "1", "success": success, "rmse_m": rmse, "gt_rmse_m": "0.014", "time_s": "9", "cpu_s": time,
               "translation_error_m": "0.005", "pair": str(pair), "resolution_m": "0"}
     fields.update(more)
     return fields
@@ -147,7 +147,7 @@ class Document(unittest.TestCase):
 
     def facts(self, quick):
         """What heads the file."""
-        return {"quick": quick, "date": "2026-01-02", "machine": "made up", "commit": "abc", "jobs": "1", "timeout": 60,
+        return {"quick": quick, "every": 1, "date": "2026-01-02", "machine": "made up", "commit": "abc", "jobs": "1", "timeout": 60,
                 "slow": 50, "rule": "leaf 0", "bound": "2 deg and 0.3 m", "sets": {"ds1h": "45 scans"}}
 
     def test_says_what_it_is(self):
@@ -168,6 +168,23 @@ class Document(unittest.TestCase):
             self.assertEqual(paper.kept_notes(path), "\nBecause.\n")
 
 
+class Plan(unittest.TestCase):
+    """Which methods run on which pairs."""
+
+    def test_ours_run_on_every_pair(self):
+        all_pairs, some = paper.plan(False), paper.plan(False, 4)
+        self.assertEqual(list(all_pairs), list(some))
+        for name, run in some.items():
+            methods = set(run["methods"])
+            self.assertEqual("--every" in run["options"], name.endswith("_baselines"), name)
+            self.assertFalse("--every" in run["options"] and methods & set(paper.OURS), name)
+            self.assertNotIn("--every", all_pairs[name]["options"])
+        for data in ("ds1h", "ds3v", "ds4s"):
+            methods = [m for name in (data, f"{data}_baselines", f"{data}_slow") for m in some[name]["methods"]]
+            self.assertEqual(sorted(methods), sorted(paper.LABELS))
+            self.assertIsNone(some[data]["pairs"])
+
+
 class CommandLine(unittest.TestCase):
     """Options."""
 
@@ -175,7 +192,8 @@ class CommandLine(unittest.TestCase):
         options = paper.parse(["--quick", "--out", "x", "--jobs", "2"])
         self.assertEqual((options["quick"], options["out"], options["jobs"]), (True, "x", "2"))
         for wrong, message in ((["--fast"], "unknown option '--fast'"), (["--out"], "--out needs a value"),
-                               (["--jobs", "0"], "--jobs = '0'"), (["x"], "unknown option 'x'")):
+                               (["--jobs", "0"], "--jobs = '0'"),
+                               (["--baselines-every", "0"], "--baselines-every = '0'"), (["x"], "unknown option 'x'")):
             with self.assertRaisesRegex(ValueError, message):
                 paper.parse(wrong)
 
