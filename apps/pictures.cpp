@@ -56,7 +56,8 @@ drawPair(const std::string& folder,
   if (error)
     throw io::IoError(folder + ": cannot be created: " + error.message());
 
-  const Eigen::Isometry3d T_picture_target = pictureFrame(target, options);
+  const Eigen::Isometry3d T_picture_target =
+      pictureFrame(target, options.gravity ? options.gravity->up_target : Eigen::Vector3d::UnitZ());
   const ScanLayer still =
       makeScanLayer(target, T_picture_target, kTargetColour, "target " + shortFileName(report.target));
   const auto moved = [&](const Eigen::Isometry3d& T_target_source, const std::string& label) {

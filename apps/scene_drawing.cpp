@@ -288,9 +288,8 @@ makeScanLayer(const io::LoadedCloud& cloud,
 }
 
 Eigen::Isometry3d
-pictureFrame(const io::LoadedCloud& target, const Options& options)
+pictureFrame(const io::LoadedCloud& target, const Eigen::Vector3d& up)
 {
-  const Eigen::Vector3d up = options.gravity ? options.gravity->up_target : Eigen::Vector3d::UnitZ();
   const Eigen::Isometry3d T_picture_target(Eigen::Quaterniond::FromTwoVectors(up, Eigen::Vector3d::UnitZ()));
   return straighten(makeScanLayer(target, T_picture_target, kTargetColour, "").thinned) * T_picture_target;
 }

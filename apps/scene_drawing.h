@@ -6,8 +6,6 @@
 #include <apps/drawing.h>
 #include <apps/io/loaded_cloud.h>
 
-#include <pcl_ssfr/options.h>
-
 #include <Eigen/Geometry>
 
 #include <array>
@@ -81,11 +79,11 @@ struct ViewLimits {
   int side_height;
 };
 
-/** \brief The frame of pictures of a target: upright (gravity when the options give it, else the z axis), walls along
- * the edges. Takes the target's points without their offset.
+/** \brief The frame of pictures of a target: upright, walls along the edges. Takes the target's points without their
+ * offset. \param[in] up in the frame of the target, unit
  */
 Eigen::Isometry3d
-pictureFrame(const io::LoadedCloud& target, const Options& options);
+pictureFrame(const io::LoadedCloud& target, const Eigen::Vector3d& up);
 
 /// A scan moved into the frame of the picture; \p T_picture_cloud takes its points without the offset.
 ScanLayer

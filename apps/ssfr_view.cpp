@@ -15,6 +15,7 @@
 
 #include <cstdlib>
 #include <exception>
+#include <filesystem>
 #include <iostream>
 
 namespace {
@@ -28,6 +29,10 @@ enum ExitCode { kDone = 0, kUsage = 2, kFiles = 3 };
 void
 checkDisplay(const apps::ViewArguments& arguments)
 {
+  const std::filesystem::path folder = std::filesystem::path(arguments.screenshot).parent_path();
+  std::error_code error;
+  if (!folder.empty() && !std::filesystem::is_directory(folder, error))
+    throw io::IoError(arguments.screenshot + ": cannot be written: " + folder.string() + " is no folder");
   if (!arguments.window)
     return;
   if (!apps::hasWindow())

@@ -262,6 +262,8 @@ report(const BenchmarkArguments& arguments, const BenchmarkPlan& plan, const Res
 {
   BenchmarkResults results = summarize(plan.datasets, store);
   results.run = {{"date", dateNow()}, {"machine", describeMachine()}, {"command", arguments.command}};
+  for (const io::DatasetFolder& dataset : plan.datasets) // where ssfr_view finds the scans
+    results.run["datasets"][dataset.name] = std::filesystem::absolute(dataset.path).lexically_normal().string();
   const std::size_t missing = tasksToDo(plan, store).size();
   results.complete = missing == 0;
   results.planned = results.rows.size() + missing;

@@ -16,6 +16,7 @@ namespace apps {
 namespace {
 
 constexpr double kDegree = 0.017453292519943295;
+constexpr double kMostTilted = 40;   ///< of a scanner [deg]
 constexpr double kRotationFound = 5; ///< a candidate rotation this near to the truth is taken as the right one [deg]
 constexpr double kShiftFound = 0.5;  ///< a shift this near to the truth is refined to it [m], at scale 1
 constexpr double kScoreReach = 0.8;  ///< shifts are tried this far to both sides, of the larger radius of the scans
@@ -88,7 +89,8 @@ ViewModel::ViewModel(ViewRun run, std::size_t candidate) : run_(std::move(run))
     options_.viewpoint_mode = used.viewpoint_mode;
     options_.threads = used.threads;
     options_.gravity = used.gravity;
-    const bool oriented = used.viewpoint_mode != ViewpointMode::Unknown;
+    const bool oriented =
+        used.viewpoint_mode == ViewpointMode::Auto || used.viewpoint_mode == ViewpointMode::SensorOrigin;
     paper_source_ = preparePaperScan(viewOf(run_.source), used, oriented);
     paper_target_ = preparePaperScan(viewOf(run_.target), used, oriented);
   }
@@ -128,14 +130,15 @@ ViewedPose
 ViewModel::judged(const Eigen::Isometry3d& T_files, const Candidate* known) const
 {
   ViewedPose pose;
-  // The evidence is always that of the default profile; score and overlap are the method's own where it told them.
+  // The evidence is that of the default profile; what the method itself told of the pose goes before it.
   pose.candidate = judgePose(source_, target_, toClouds(T_files), options_, false);
-  if (known && !(isOwnMethod() && !isPaperProfile())) {
+  if (known) {
     pose.candidate.score = known->score;
     pose.candidate.overlap = known->overlap;
-  }
-  if (known)
+    if (isOwnMethod() && !isPaperProfile())
+      pose.candidate.contradiction = known->contradiction;
     pose.candidate.from_guess = known->from_guess;
+  }
   pose.candidate.T_target_source = T_files;
   if (run_.truth) {
     pose.error = poseError(T_files, *run_.truth, run_.reference);
@@ -158,6 +161,8 @@ ViewModel::addPoses()
     ViewedPose pose = judged(result().T_target_source, nullptr);
     pose.name = "no pose was found: the scans as they are";
     pose.short_name = "none";
+    pose.error.reset(); // it is nobody's answer
+    pose.right = false;
     poses_.push_back(pose);
   }
   if (run_.truth) {
@@ -167,6 +172,23 @@ ViewModel::addPoses()
     pose.is_truth = true;
     poses_.push_back(pose);
   }
+}
+
+Eigen::Vector3d
+ViewModel::up() const
+{
+  if (run_.report.options.gravity)
+    return run_.report.options.gravity->up_target;
+  // Scanners are held more or less upright: the heaviest direction near the z axis is that of floors and ceilings.
+  Eigen::Vector3d best = Eigen::Vector3d::UnitZ();
+  double heaviest = 0;
+  for (const MainNormal& normal : target_.main_normals) {
+    if (std::abs(normal.direction.z()) < std::cos(kMostTilted * kDegree) || normal.support <= heaviest)
+      continue;
+    heaviest = normal.support;
+    best = normal.direction.z() > 0 ? normal.direction : Eigen::Vector3d(-normal.direction);
+  }
+  return best;
 }
 
 SphereView
@@ -347,7 +369,9 @@ ViewModel::selectionStep() const
   while (rank < poses_.size() && (poses_[rank].is_truth || !poses_[rank].right))
     ++rank;
   step.passed = best.right;
-  if (best.right)
+  if (!best.error || best.is_truth)
+    step.finding = "there is no candidate";
+  else if (best.right)
     step.finding = format("candidate 1 is right: %.2f deg and %.3f m from the truth",
                           best.error->rotation_deg,
                           best.error->translation_m);
@@ -443,7 +467,29 @@ ViewModel::findPatchLoss() const
                             search.refined);
     }
     else {
-      vote.finding = format("none of the %zu poses found is near the truth", search.poses.size());
+      // Where would it have come under its own rotation, had more poses been kept?
+      PoseSearchOptions all = search.options;
+      all.keep = std::numeric_limits<int>::max();
+      const std::vector<PoseHypothesis> under = searchTranslations(source_.patches.samples,
+                                                                   source_.votes,
+                                                                   target_.patches.samples,
+                                                                   search.target_normals,
+                                                                   target_.index,
+                                                                   freeSpace(target_),
+                                                                   R,
+                                                                   all);
+      const auto own = std::find_if(under.begin(), under.end(), isTrue);
+      vote.finding = format("none of the %zu poses found is near the truth; ", search.poses.size());
+      vote.finding +=
+          own == under.end()
+              ? format("nor is any of all %zu under its rotation", under.size())
+              : format("under its rotation it is number %zu of %zu by votes (%.3f, the first has %.3f), and "
+                       "%d are kept",
+                       static_cast<std::size_t>(own - under.begin()) + 1,
+                       under.size(),
+                       own->score,
+                       under.front().score,
+                       search.options.keep);
     }
     steps.push_back(vote);
   }

@@ -135,6 +135,10 @@ public:
     return paper_source_.has_value();
   }
 
+  /// Where up is in the frame of the target: gravity when it is given, else the floor's direction. Unit.
+  Eigen::Vector3d
+  up() const;
+
   SphereView
   sphere(bool of_source) const;
 

@@ -68,7 +68,7 @@ class PictureMaker {
 public:
   PictureMaker(std::string folder, const ViewModel& model)
       : folder_(std::move(folder)), model_(model), run_(model.run()),
-        T_picture_target_(pictureFrame(run_.target, run_.report.options)),
+        T_picture_target_(pictureFrame(run_.target, model.up())),
         target_(
             makeScanLayer(run_.target, T_picture_target_, kTargetColour, "target " + shortFileName(run_.report.target)))
   {}
@@ -151,35 +151,26 @@ private:
     }
   }
 
-  /// Two views of patches beside two others: height of the picture part, and where each view goes.
+  /// The patches of both scans by their fates: beside each other, or below each other when the scene is long.
   void
   drawMatches(const ViewedPose& pose, const std::string& file)
   {
     constexpr int kColumn = (kWidth - 3 * kMargin) / 2;
     constexpr int kLegend = 118;
+    constexpr int kGap = 34;
+    constexpr double kLong = 2.2; // length over depth
     const ScanLayer source = sourceLayer(pose.candidate.T_target_source, "");
-    const SceneViews views = makeSceneViews({&target_, &source}, {kColumn, 620, 300});
-    const int height = kHeader + kLegend + views.top.height() + 34 + views.side.height() + 60;
-    const Sheet sheet(height, "Matches and contradictions: " + pose.name, describePose(pose));
+    SceneViews views = makeSceneViews({&target_, &source}, {kColumn, 620, 300});
+    const bool stacked = views.top.horizontal.size() > kLong * views.top.vertical.size();
+    if (stacked)
+      views = makeSceneViews({&target_, &source}, {kWidth - 2 * kMargin, 480, 260});
+    const int block = views.top.height() + kGap + views.side.height();
+    const Sheet sheet(kHeader + kLegend + (stacked ? 2 : 1) * block + (stacked ? kGap + 6 : 0) + 60,
+                      "Matches and contradictions: " + pose.name,
+                      describePose(pose));
     cairo_t* context = sheet.context();
-    double y = kHeader + 12;
-    std::array<SurfaceFates, 2> fates{{model_.fates(pose, true), model_.fates(pose, false)}};
-    for (const SurfaceFate fate :
-         {SurfaceFate::Matched, SurfaceFate::Contradicted, SurfaceFate::Unmatched, SurfaceFate::Unseen}) {
-      const auto k = static_cast<std::size_t>(fate);
-      drawLegendEntry(context, kMargin, y, fateColour(fate), fateName(fate));
-      for (std::size_t s = 0; s < 2; ++s)
-        drawAlignedText(context,
-                        s == 0 ? 720 : 1010,
-                        y,
-                        formatted("%.1f %% of the %s (%.1f m\u00b2)",
-                                  100 * fates[s].surface[k] / std::max(fates[s].total(), 1e-9),
-                                  s == 0 ? "source" : "target",
-                                  fates[s].surface[k]),
-                        15,
-                        0);
-      y += 23;
-    }
+    const std::array<SurfaceFates, 2> fates{{model_.fates(pose, true), model_.fates(pose, false)}};
+    drawFateLegend(context, fates);
     for (const bool of_source : {true, false}) {
       const SurfaceFates& fate = fates[of_source ? 0 : 1];
       std::vector<PatchShape> shapes =
@@ -189,9 +180,9 @@ private:
         shapes[i].rank = fate.each[i] == SurfaceFate::Contradicted ? 1 : fate.each[i] == SurfaceFate::Unseen ? -1 : 0;
       }
       SceneViews shown = views;
-      shown.top.left = shown.side.left = of_source ? kMargin : 2 * kMargin + kColumn;
-      shown.top.top = kHeader + kLegend;
-      shown.side.top = shown.top.top + shown.top.height() + 34;
+      shown.top.left = shown.side.left = of_source || stacked ? kMargin : 2 * kMargin + kColumn;
+      shown.top.top = kHeader + kLegend + (stacked && !of_source ? block + kGap + 6 : 0);
+      shown.side.top = shown.top.top + shown.top.height() + kGap;
       const ScanLayer& other = of_source ? target_ : source;
       for (const SceneView* view : {&shown.top, &shown.side}) {
         drawPoints(sheet.surface(), *view, {&other}, 0.28);
@@ -214,6 +205,28 @@ private:
         "Matches and contradictions: " + pose.name,
         "Every planar patch of one scan, laid into the other. Green supports the pose. Red speaks against it: it hangs "
         "where the other sensor looked through. A right pose has hardly any red.");
+  }
+
+  static void
+  drawFateLegend(cairo_t* context, const std::array<SurfaceFates, 2>& fates)
+  {
+    double y = kHeader + 12;
+    for (const SurfaceFate fate :
+         {SurfaceFate::Matched, SurfaceFate::Contradicted, SurfaceFate::Unmatched, SurfaceFate::Unseen}) {
+      const auto k = static_cast<std::size_t>(fate);
+      drawLegendEntry(context, kMargin, y, fateColour(fate), fateName(fate));
+      for (std::size_t s = 0; s < 2; ++s)
+        drawAlignedText(context,
+                        s == 0 ? 720 : 1010,
+                        y,
+                        formatted("%.1f %% of the %s (%.1f m\u00b2)",
+                                  100 * fates[s].surface[k] / std::max(fates[s].total(), 1e-9),
+                                  s == 0 ? "source" : "target",
+                                  fates[s].surface[k]),
+                        15,
+                        0);
+      y += 23;
+    }
   }
 
   void
@@ -266,11 +279,11 @@ private:
     const SceneView view = fitted(makeSceneViews({&target_, &guide_layer}, kScansLimits).top, kCell, 300);
     const int rows = (static_cast<int>(viewed.size()) + kPerRow - 1) / kPerRow;
     const int table = kHeader + 26 + kLine * (static_cast<int>(shown.size()) + 1);
-    const Sheet sheet(table + 20 + rows * (view.height() + 40) + 50,
-                      "Ranked candidates",
-                      formatted("%zu distinct poses were considered in the end; score = matched - 12 x contradicted "
-                                "surface, as a share of all",
-                                model_.result().candidates.size()));
+    const Sheet sheet(
+        table + 20 + rows * (view.height() + 40) + 50,
+        "Ranked candidates",
+        formatted("%zu distinct poses were considered in the end, in this order; surface as a share of all of it",
+                  model_.result().candidates.size()));
     cairo_t* context = sheet.context();
     drawTable(context, shown, kHeader + 26, kLine);
     int i = 0;

@@ -14,7 +14,9 @@
 #include <pcl/conversions.h>
 #include <pcl/visualization/pcl_visualizer.h>
 
+#include <vtkLODActor.h>
 #include <vtkObject.h>
+#include <vtkProperty.h>
 
 #include <algorithm>
 #include <cmath>
@@ -100,7 +102,7 @@ makeMesh(const std::vector<PatchShape>& shapes)
 class Window {
 public:
   Window(const ViewModel& model, WindowLayer layer)
-      : model_(model), run_(model.run()), T_picture_target_(pictureFrame(run_.target, run_.report.options)),
+      : model_(model), run_(model.run()), T_picture_target_(pictureFrame(run_.target, model.up())),
         viewer_("ssfr_view: " + shortFileName(run_.report.source) + " onto " + shortFileName(run_.report.target)),
         pose_(model.chosen()), layer_(layer)
   {
@@ -280,8 +282,12 @@ private:
                                   [this](const PatchShape& shape) { return shape.centre.z() > highest(); }),
                    shapes.end());
       const char* name = of_source ? "source patches" : "target patches";
-      if (!shapes.empty())
-        viewer_.addPolygonMesh(makeMesh(shapes), name, scene_port_);
+      if (shapes.empty())
+        continue;
+      viewer_.addPolygonMesh(makeMesh(shapes), name, scene_port_);
+      const auto actor = viewer_.getCloudActorMap()->find(name);
+      if (actor != viewer_.getCloudActorMap()->end())
+        actor->second.actor->GetProperty()->LightingOff(); // colours mean something
     }
   }
 
