@@ -56,7 +56,9 @@ parseViewpoint(const std::string& text)
     return ViewpointMode::SensorOrigin;
   if (text == "unknown")
     return ViewpointMode::Unknown;
-  throw UsageError("--viewpoint: " + io::inQuotes(text) + " is not auto, sensor or unknown");
+  if (text == "unused")
+    return ViewpointMode::Unused;
+  throw UsageError("--viewpoint: " + io::inQuotes(text) + " is not auto, sensor, unknown or unused");
 }
 
 /// The profile that --method and --profile ask for together.
@@ -133,15 +135,15 @@ addMethodOptions(po::options_description& all)
       "4x4 text: a pose to judge as one more candidate (ssfr), or to start from (icp, gicp, ndt)")(
       "viewpoint",
       po::value<std::string>()->value_name("MODE")->default_value("auto"),
-      "auto: decide from the points whether the sensor is at the origin (or at the place that the file gives); sensor: "
-      "it "
-      "is; unknown: it is not (merged or moved clouds)")(
-      "gravity",
-      po::value<std::string>()->value_name("X,Y,Z"),
-      "up direction in both scans, when it is known: only poses that keep it are considered")("refine",
-                                                                                              "polish the pose on the "
-                                                                                              "points (the default)")(
-      "no-refine", "leave the pose as the histograms give it");
+      "auto: decide from the points whether the sensor is at the origin (or at the place that the file gives), and "
+      "look "
+      "for it in the points where it is not; sensor: it is; unknown: it is not (merged or moved clouds); unused: do "
+      "without")("gravity",
+                 po::value<std::string>()->value_name("X,Y,Z"),
+                 "up direction in both scans, when it is known: only poses that keep it are considered")(
+      "refine",
+      "polish the pose on the "
+      "points (the default)")("no-refine", "leave the pose as the histograms give it");
 
   const auto from_data = [](double value) { return value > 0 ? std::to_string(value) : std::string("from the scans"); };
   po::options_description scales("Scales, in metres; all follow from the scans when they are not given", kHelpWidth);

@@ -18,8 +18,10 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::array<std::pair<const char*, Profile>, 2> kProfiles{
     {{"default", Profile::Default}, {"paper2017", Profile::Paper2017}}};
-constexpr std::array<std::pair<const char*, ViewpointMode>, 3> kViewpoints{
-    {{"auto", ViewpointMode::Auto}, {"sensor", ViewpointMode::SensorOrigin}, {"unknown", ViewpointMode::Unknown}}};
+constexpr std::array<std::pair<const char*, ViewpointMode>, 4> kViewpoints{{{"auto", ViewpointMode::Auto},
+                                                                            {"sensor", ViewpointMode::SensorOrigin},
+                                                                            {"unknown", ViewpointMode::Unknown},
+                                                                            {"unused", ViewpointMode::Unused}}};
 
 /// Scales and bounds by the names of the library.
 constexpr std::array<std::pair<const char*, double Options::*>, 7> kNumbers{

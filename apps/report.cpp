@@ -109,6 +109,33 @@ describeAlternatives(const Result& result)
   return text + "\n";
 }
 
+Json
+viewpointOrNull(bool used, const Eigen::Vector3d& viewpoint)
+{
+  return used ? Json{viewpoint.x(), viewpoint.y(), viewpoint.z()} : Json(nullptr);
+}
+
+std::string
+describeSensor(bool used, bool found, const Eigen::Vector3d& viewpoint)
+{
+  if (!used)
+    return "place unknown, free space not used";
+  if (!found)
+    return "at its given place";
+  return format("found in the points at (%.1f, %.1f, %.1f) m", viewpoint.x(), viewpoint.y(), viewpoint.z());
+}
+
+/// Where the sensors are taken to be.
+std::string
+describeSensors(const Result& result)
+{
+  const std::string source =
+      describeSensor(result.source_viewpoint_used, result.source_viewpoint_found, result.source_viewpoint);
+  const std::string target =
+      describeSensor(result.target_viewpoint_used, result.target_viewpoint_found, result.target_viewpoint);
+  return source == target ? source + " in both scans" : source + " in SOURCE, " + target + " in TARGET";
+}
+
 std::string
 describeUnobservable(const Result& result)
 {
@@ -187,6 +214,10 @@ toJson(const Report& report)
   }
   json["source_viewpoint_used"] = result.source_viewpoint_used;
   json["target_viewpoint_used"] = result.target_viewpoint_used;
+  json["source_viewpoint_found"] = result.source_viewpoint_found;
+  json["target_viewpoint_found"] = result.target_viewpoint_found;
+  json["source_viewpoint_m"] = viewpointOrNull(result.source_viewpoint_used, result.source_viewpoint);
+  json["target_viewpoint_m"] = viewpointOrNull(result.target_viewpoint_used, result.target_viewpoint);
   json["stages"] = Json::array();
   for (const StageReport& stage : result.stages)
     json["stages"].push_back(
@@ -239,11 +270,7 @@ toText(const Report& report)
   if (result.accepted() && !result.message.empty())
     text += "  " + result.message + "\n";
   if (report.run.judged)
-    text += format("  sensor       %s\n",
-                   result.source_viewpoint_used && result.target_viewpoint_used ? "at its given place in both scans"
-                   : result.source_viewpoint_used                               ? "place believed in SOURCE only"
-                   : result.target_viewpoint_used                               ? "place believed in TARGET only"
-                                                  : "place unknown: free space was not used");
+    text += "  sensor       " + describeSensors(result) + "\n";
   return text + "\n" + describeAlternatives(result) + describeUnobservable(result) + describeTimes(report);
 }
 

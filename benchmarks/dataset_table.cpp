@@ -45,7 +45,8 @@ struct Settings {
   unsigned seed = 1;
   unsigned threads = 2;
   std::size_t every = 1;
-  double away = 0; ///< move the origin of both scans this far from the sensor [m]
+  double away = 0;     ///< move the origin of both scans this far from the sensor [m]
+  bool merged = false; ///< lay another scan into each target first: it has no viewpoint any more
   bool verbose = false;
   bool failed = false;   ///< a line for each pair that was not solved
   bool features = false; ///< a line a candidate with its evidence, for scripts/fit_confidence
@@ -153,12 +154,29 @@ judge(const Eigen::Isometry3d& estimate, const Eigen::Isometry3d& truth, double&
   metres = (estimate.translation() - truth.translation()).norm();
 }
 
-Outcome
-runPair(const fs::path& folder, const Pair& pair, std::size_t number, const Settings& settings)
+/// The pair, other than pairs[i], that lays another scan than its source into the same target; none: the size.
+std::size_t
+findOtherOfTarget(const std::vector<Pair>& pairs, std::size_t i)
 {
+  for (std::size_t k = 1; k < pairs.size(); ++k) {
+    const std::size_t j = (i + k) % pairs.size();
+    if (pairs[j].target == pairs[i].target && pairs[j].source != pairs[i].source)
+      return j;
+  }
+  return pairs.size();
+}
+
+Outcome
+runPair(const fs::path& folder, const std::vector<Pair>& pairs, std::size_t number, const Settings& settings)
+{
+  const Pair& pair = pairs[number];
   Cloud::Ptr source = pcl_ssfr::benchmarks::loadScan(folder.string(), pair.source);
   Cloud::Ptr target =
       pcl_ssfr::benchmarks::loadScan((settings.unrelated ? settings.target_folder : folder).string(), pair.target);
+  if (settings.merged) {
+    const Pair& other = pairs.at(findOtherOfTarget(pairs, number));
+    *target += *moved(*pcl_ssfr::benchmarks::loadScan(folder.string(), other.source), other.T_target_source);
+  }
   std::mt19937_64 rng(settings.seed * 1000003u + number);
   Eigen::Isometry3d motion = settings.turn ? randomRotation(rng) : Eigen::Isometry3d::Identity();
   Eigen::Isometry3d target_motion = Eigen::Isometry3d::Identity();
@@ -268,7 +286,7 @@ compare(const std::vector<std::string>& folders, Settings settings)
         settings.every = method == "ssfr" ? 1 : every;
         Totals totals;
         for (std::size_t i = 0; i < pairs.size(); i += settings.every) {
-          const Outcome outcome = runPair(folder, pairs[i], i, settings);
+          const Outcome outcome = runPair(folder, pairs, i, settings);
           totals.add(outcome);
           all[{method, turn}].add(outcome);
         }
@@ -324,7 +342,9 @@ run(const std::vector<std::string>& folders, Settings settings)
     for (std::size_t i = 0; i < pairs.size(); i += settings.every) {
       if (!settings.only.empty() && std::find(settings.only.begin(), settings.only.end(), i) == settings.only.end())
         continue;
-      const Outcome o = runPair(folder, pairs[i], i, settings);
+      if (settings.merged && findOtherOfTarget(pairs, i) == pairs.size())
+        continue;
+      const Outcome o = runPair(folder, pairs, i, settings);
       totals.add(o);
       all.add(o);
       if (settings.features) {
@@ -399,6 +419,8 @@ main(int argc, char** argv)
        "take every k-th pair (with --compare: for the methods compared with)")
       ("pairs", po::value(&settings.only)->multitoken(), "only these rows")
       ("away", po::value(&settings.away)->default_value(0), "move the origins this far from the sensors [m]")
+      ("merged", po::bool_switch(&settings.merged),
+       "lay the source of another pair into each target: such a cloud has no one viewpoint (pairs without such: left out)")
       ("unrelated", po::bool_switch(&settings.unrelated),
        "targets from the next folder: whatever is reported converged is wrong")
       ("verbose", po::bool_switch(&settings.verbose), "a line a pair")

@@ -60,7 +60,8 @@ constexpr double kGravityMargin = 0.01; // of refined poses beyond the tolerance
 constexpr int kMaxMainNormals = 14;
 constexpr double kMinRelativeDensity = 0.02;
 constexpr std::size_t kMinPoints = 50;
-constexpr std::size_t kMinPointsPerCell = 12; // in the coarsest cell of a typical point; else the scale is doubled
+constexpr std::size_t kViewpointPoints = 40000; // drawn to look for the sensor where it is not known
+constexpr std::size_t kMinPointsPerCell = 12;   // in the coarsest cell of a typical point; else the scale is doubled
 constexpr int kMaxCoarsenings = 6;
 constexpr int kCoarsePatches = 600; // drawn for the coarse refinement
 constexpr int kPolishPointsAPatch = 4;
@@ -92,6 +93,22 @@ sceneScale(const ScanExtent& extent)
   if (!(extent.radius > 0))
     return 1;
   return extent.radius / std::clamp(extent.radius, kTypicalRadius[0], kTypicalRadius[1]);
+}
+
+/// At most \p most of the finite points, evenly drawn in their order, relative to \p origin [m].
+Eigen::Matrix3Xf
+drawPoints(const ScanView& scan, const Eigen::Vector3d& origin, std::size_t most)
+{
+  const std::size_t n = scan.count();
+  const std::size_t count = std::min(most, n);
+  Eigen::Matrix3Xf drawn(3, static_cast<Eigen::Index>(count));
+  Eigen::Index kept = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const Eigen::Vector3f p = scan.point((2 * i + 1) * n / (2 * count));
+    if (p.allFinite())
+      drawn.col(kept++) = (p.cast<double>() - origin).cast<float>();
+  }
+  return drawn.leftCols(kept);
 }
 
 /// Thinned points that share a coarsest patch cell with a typical point: the median over the points.
@@ -228,6 +245,12 @@ public:
   {
     result_.source_viewpoint_used = source_.viewpoint_used;
     result_.target_viewpoint_used = target_.viewpoint_used;
+    result_.source_viewpoint_found = source_.viewpoint_found;
+    result_.target_viewpoint_found = target_.viewpoint_found;
+    if (source_.viewpoint_used)
+      result_.source_viewpoint = source_.origin + source_.viewpoint;
+    if (target_.viewpoint_used)
+      result_.target_viewpoint = target_.origin + target_.viewpoint;
     for (const PatchScan* scan : {&source_, &target_})
       for (StageReport stage : scan->stages) {
         stage.name = (scan == &source_ ? "source " : "target ") + stage.name;
@@ -892,11 +915,18 @@ preparePatchScan(const ScanView& scan, const Options& options)
   }
   report("thinning", scan.count(), count(cloud.size()));
 
-  const Eigen::Vector3d viewpoint = scan.viewpoint - prepared.origin;
+  Eigen::Vector3d viewpoint = scan.viewpoint - prepared.origin;
   const ViewpointMode mode = options.viewpoint_mode;
   prepared.viewpoint_used =
       mode == ViewpointMode::SensorOrigin || (mode == ViewpointMode::Auto && scan.viewpoint_is_known) ||
       (mode == ViewpointMode::Auto && isPlausibleViewpoint(cloud.points, viewpoint.cast<float>(), prepared.scale));
+  if (!prepared.viewpoint_used && mode != ViewpointMode::Unused) {
+    const std::optional<Eigen::Vector3f> place = findViewpoint(
+        drawPoints(scan, prepared.origin, kViewpointPoints), cloud.points, prepared.scale, workers(options));
+    prepared.viewpoint_used = prepared.viewpoint_found = place.has_value();
+    if (place)
+      viewpoint = place->cast<double>();
+  }
   if (prepared.viewpoint_used) {
     prepared.viewpoint = viewpoint;
     prepared.range_image = RangeImage(cloud.points, viewpoint.cast<float>(), kCell);

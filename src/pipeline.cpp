@@ -21,7 +21,10 @@ prepareScan(const ScanView& scan, const Options& options)
   data->profile = options.profile;
   // The paper takes the sensor to be at the origin: its profile believes the viewpoint unless told otherwise.
   if (options.profile == Profile::Paper2017)
-    data->paper = preparePaperScan(scan, options, options.viewpoint_mode != ViewpointMode::Unknown);
+    data->paper = preparePaperScan(scan,
+                                   options,
+                                   options.viewpoint_mode == ViewpointMode::Auto ||
+                                       options.viewpoint_mode == ViewpointMode::SensorOrigin);
   else
     data->patches = preparePatchScan(scan, options);
   return PreparedScan(std::move(data));

@@ -4,6 +4,7 @@
 #include <pcl_ssfr/range_image.h>
 
 #include <algorithm>
+#include <cstdint>
 
 namespace pcl_ssfr {
 
@@ -23,6 +24,26 @@ constexpr double kMaxMixing = 0.95;
 constexpr double kClearGain = 1.8;
 constexpr double kWeakGain = 1.4;
 constexpr double kMaxFineShareAtWeakGain = 0.08;
+
+// Search for the sensor: places are judged by few points in wide cells, the best of them by more points in finer ones.
+constexpr Eigen::Index kCoarsePoints = 6000;
+constexpr double kCoarseCell = 0.04; // [rad]
+constexpr Eigen::Index kFinePoints = 40000;
+constexpr double kFineCell = 0.0175;    // [rad]
+constexpr double kPlaceStep = 1;        // [m] at scale 1, of the grid of places
+constexpr double kMaxPlaces = 1500;     // else the grid is wider
+constexpr std::size_t kClimbs = 6;      // from the best places
+constexpr std::size_t kFineClimbs = 3;  // go on with many points
+constexpr double kFirstFineStep = 0.3;  // [m] at scale 1
+constexpr double kLastFineStep = 0.05;  // [m] at scale 1
+constexpr double kPlaceRatio = 1.25;    // of two depths, to judge places
+constexpr double kTwoDepthPenalty = 10; // of a direction with two depths, in directions that see something
+// Returns crowd around a sensor: their mean log range from it is near the least of all places (80 scans: within 0.25).
+constexpr double kMaxRemoteness = 0.25;
+// At the best place of 80 single scans, those of a sparse street aside, the score was 0.09 of the points and more, and
+// 6 % of the directions or fewer had two depths; of merged scans of a car park less than 0, and 7 % or more.
+constexpr double kMinPlaceScore = 0.05; // of the points
+constexpr double kMaxTwoDepths = 0.06;
 
 /// Ranges of the nearest and the farthest return of a cell [m]; zeros when there was none.
 struct DepthSpan {
@@ -65,6 +86,67 @@ twoDepthShare(const std::vector<DepthSpan>& spans, double margin)
     two_depths += span.farthest > kDepthRatio * span.nearest + margin;
   }
   return several ? static_cast<double>(two_depths) / static_cast<double>(several) : 0;
+}
+
+/// At most \p most of the points, evenly drawn in their order.
+Eigen::Matrix3Xf
+drawPoints(const Eigen::Matrix3Xf& points, Eigen::Index most)
+{
+  const Eigen::Index n = std::min(most, points.cols());
+  Eigen::Matrix3Xf drawn(3, n);
+  for (Eigen::Index i = 0; i < n; ++i)
+    drawn.col(i) = points.col((2 * i + 1) * points.cols() / (2 * n));
+  return drawn;
+}
+
+/// How well \p points may have been seen from \p place: the directions that see something, less those that see two
+/// depths.
+double
+placeScore(const Eigen::Matrix3Xf& points, const Eigen::Vector3f& place, const DirectionGrid& grid, double margin)
+{
+  double score = 0;
+  for (const DepthSpan& span : depthSpans(points, place, grid)) {
+    score += span.nearest > 0;
+    score -= span.farthest > kPlaceRatio * span.nearest + margin ? kTwoDepthPenalty : 0;
+  }
+  return score;
+}
+
+/// Mean logarithm of the ranges from \p place; ranges below \p margin [m] do not count much.
+double
+remoteness(const Eigen::Matrix3Xf& points, const Eigen::Vector3f& place, double margin)
+{
+  double sum = 0;
+  for (Eigen::Index i = 0; i < points.cols(); ++i)
+    sum += std::log((points.col(i) - place).norm() + static_cast<float>(margin));
+  return sum / static_cast<double>(points.cols());
+}
+
+struct Place {
+  Eigen::Vector3f position;
+  double score;
+};
+
+/// Walk along the axes while that raises \p score(place).
+template <typename Score>
+void
+climb(Place& place, double step, double last, const Score& score)
+{
+  place.score = score(place.position);
+  while (step >= last) {
+    bool risen = false;
+    for (int k = 0; k < 6; ++k) {
+      Place next = place;
+      next.position[k / 2] += static_cast<float>(k % 2 ? step : -step);
+      next.score = score(next.position);
+      if (next.score > place.score) {
+        place = next;
+        risen = true;
+      }
+    }
+    if (!risen)
+      step *= 0.5;
+  }
 }
 
 } // namespace
@@ -144,6 +226,84 @@ isPlausibleViewpoint(const Eigen::Matrix3Xf& points, const Eigen::Vector3f& view
   }
   const double gain = elsewhere / here;
   return gain >= kClearGain || (gain >= kWeakGain && finer < kMaxFineShareAtWeakGain);
+}
+
+std::optional<Eigen::Vector3f>
+findViewpoint(const Eigen::Matrix3Xf& points, const Eigen::Matrix3Xf& thinned, double scale, unsigned threads)
+{
+  if (points.cols() == 0 || thinned.cols() == 0)
+    return std::nullopt;
+  const double margin = kDepthMargin * scale;
+  const Eigen::Matrix3Xf coarse = drawPoints(points, kCoarsePoints);
+  Place middle;
+  for (int axis = 0; axis < 3; ++axis) {
+    Eigen::VectorXf along = coarse.row(axis);
+    std::nth_element(along.data(), along.data() + along.size() / 2, along.data() + along.size());
+    middle.position[axis] = along[along.size() / 2];
+  }
+  const auto nearness = [&](const Eigen::Vector3f& place) { return -remoteness(coarse, place, margin); };
+  climb(middle, 4 * kPlaceStep * scale, kPlaceStep * scale, nearness);
+  // The box around the middle in which places are near enough to the returns.
+  double step = kPlaceStep * scale;
+  constexpr int kMaxSteps = 100;
+  Eigen::Array3i low, high;
+  for (int k = 0; k < 6; ++k) {
+    int steps = 0;
+    for (Eigen::Vector3f place = middle.position; steps < kMaxSteps; ++steps) {
+      place[k / 2] += static_cast<float>(k % 2 ? step : -step);
+      if (nearness(place) < middle.score - kMaxRemoteness)
+        break;
+    }
+    (k % 2 ? high : low)[k / 2] = k % 2 ? steps : -steps;
+  }
+  const double shrink = std::max(1.0, std::cbrt((high - low + 1).cast<double>().prod() / kMaxPlaces));
+  step *= shrink;
+  low = (low.cast<double>() / shrink).cast<int>();
+  high = (high.cast<double>() / shrink).cast<int>();
+  const Eigen::Array3i dims = high - low + 1;
+  std::vector<Place> places(static_cast<std::size_t>(dims.prod()));
+  const DirectionGrid coarse_grid(kCoarseCell);
+  const auto count = static_cast<std::int64_t>(places.size());
+#pragma omp parallel for schedule(static) num_threads(static_cast <int>(threads))
+  for (std::int64_t i = 0; i < count; ++i) {
+    Place& place = places[static_cast<std::size_t>(i)];
+    const auto k = static_cast<int>(i);
+    const Eigen::Array3i cell(k % dims.x(), k / dims.x() % dims.y(), k / dims.x() / dims.y());
+    place.position = middle.position + static_cast<float>(step) * (low + cell).cast<float>().matrix();
+    place.score = placeScore(coarse, place.position, coarse_grid, margin);
+  }
+  std::stable_sort(places.begin(), places.end(), [](const Place& a, const Place& b) { return a.score > b.score; });
+  std::vector<Place> best;
+  for (const Place& place : places) {
+    if (best.size() >= kClimbs)
+      break;
+    if (nearness(place.position) >= middle.score - kMaxRemoteness &&
+        std::none_of(best.begin(), best.end(), [&](const Place& other) {
+          return (other.position - place.position).norm() < 1.5 * step;
+        }))
+      best.push_back(place);
+  }
+  if (best.empty())
+    return std::nullopt;
+  const auto climbAll = [&](const Eigen::Matrix3Xf& seen, double cell, double first, double last) {
+    const DirectionGrid grid(cell);
+    const auto climbs = static_cast<std::int64_t>(best.size());
+#pragma omp parallel for schedule(dynamic, 1) num_threads(static_cast <int>(threads))
+    for (std::int64_t i = 0; i < climbs; ++i)
+      climb(best[static_cast<std::size_t>(i)], first, last, [&](const Eigen::Vector3f& place) {
+        return placeScore(seen, place, grid, margin);
+      });
+    std::stable_sort(best.begin(), best.end(), [](const Place& a, const Place& b) { return a.score > b.score; });
+  };
+  climbAll(coarse, kCoarseCell, 0.5 * step, 0.25 * step);
+  best.resize(std::min(best.size(), kFineClimbs));
+  const Eigen::Matrix3Xf fine = drawPoints(points, kFinePoints);
+  climbAll(fine, kFineCell, kFirstFineStep * scale, kLastFineStep * scale);
+  const Place& chosen = best.front();
+  if (chosen.score < kMinPlaceScore * static_cast<double>(fine.cols()) ||
+      twoDepthShare(thinned, chosen.position, kViewpointCell, margin) > kMaxTwoDepths)
+    return std::nullopt;
+  return chosen.position;
 }
 
 } // namespace pcl_ssfr

@@ -1088,12 +1088,12 @@ TEST_F(StructuredScene, ViewpointIsTheSensorOriginOfTheCloud)
   // Wrong and not given: it must be noticed.
   registration_.clearViewpoints();
   registration_.align(output_);
-  EXPECT_FALSE(registration_.getResult().source_viewpoint_used);
-  EXPECT_FALSE(registration_.getResult().target_viewpoint_used);
+  EXPECT_TRUE(registration_.getResult().source_viewpoint_found);
+  EXPECT_TRUE(registration_.getResult().target_viewpoint_found);
   if (registration_.hasConverged()) { // fewer certainties: it may be refused, but not be wrong
     EXPECT_THAT(registration_.getFinalTransformation(), IsPoseNear(truth, 0.2 * kDegree, 0.01));
   }
-  registration_.setViewpointMode(ViewpointMode::Unknown);
+  registration_.setViewpointMode(ViewpointMode::Unused);
   registration_.setSourceViewpoint(S.translation());
   registration_.align(output_);
   EXPECT_FALSE(registration_.getResult().source_viewpoint_used);

@@ -292,16 +292,48 @@ TEST(Viewpoint, mergedScansAreNotBelievedAndStillSolved)
   const Eigen::Isometry3d motion = randomMotion(random, 20); // the source: the same merged cloud, seen from elsewhere
   const Pair pair{transformed(motion, merged), merged, motion.inverse()};
   const Result result = registerPair(pair);
-  EXPECT_FALSE(result.source_viewpoint_used);
-  EXPECT_FALSE(result.target_viewpoint_used);
+  EXPECT_EQ(result.source_viewpoint_used, result.source_viewpoint_found) << "the origin is no sensor of all three";
+  EXPECT_EQ(result.target_viewpoint_used, result.target_viewpoint_found);
   EXPECT_THAT(result.T_target_source, IsPoseNear(pair.T_target_source, 0.1 * kDegree, 0.01)) << result.message;
 }
 
-TEST(Viewpoint, unknownModeUsesNeitherSignNorFreeSpace)
+TEST(Viewpoint, isFoundInThePointsWhereTheFrameIsNotTheSensors)
+{
+  const Pair pair = scanPair(makeFurnishedRoom(2), 0, 1, roomScanner(), 83);
+  Random random(4);
+  const Eigen::Isometry3d S = randomMotion(random, 30);
+  const Eigen::Isometry3d D = randomMotion(random, 30);
+  const Pair moved{transformed(S, pair.source), transformed(D, pair.target), D * pair.T_target_source * S.inverse()};
+  for (const ViewpointMode mode : {ViewpointMode::Auto, ViewpointMode::Unknown}) {
+    Options options = makeOptions(Profile::Default);
+    options.viewpoint_mode = mode;
+    const Result result = registerPair(moved, options);
+    EXPECT_TRUE(result.source_viewpoint_used && result.target_viewpoint_used);
+    EXPECT_TRUE(result.source_viewpoint_found && result.target_viewpoint_found);
+    EXPECT_LT((result.source_viewpoint - S.translation()).norm(), 1);
+    EXPECT_LT((result.target_viewpoint - D.translation()).norm(), 1);
+    EXPECT_TRUE(result.accepted()) << result.message;
+    // Compared where the sensor is: 30 m away from it the angle would rule.
+    const Eigen::Isometry3d at_sensor(S);
+    EXPECT_THAT(result.T_target_source * at_sensor,
+                IsPoseNear(moved.T_target_source * at_sensor, 0.1 * kDegree, 0.005));
+  }
+}
+
+TEST(Viewpoint, theOneGivenIsReported)
+{
+  const Result result = registerPair(scanPair(makeFurnishedRoom(2), 0, 1, roomScanner(), 84));
+  EXPECT_TRUE(result.source_viewpoint_used && result.target_viewpoint_used);
+  EXPECT_FALSE(result.source_viewpoint_found || result.target_viewpoint_found);
+  EXPECT_LT(result.source_viewpoint.norm(), 1e-9);
+  EXPECT_LT(result.target_viewpoint.norm(), 1e-9);
+}
+
+TEST(Viewpoint, unusedMeansNeitherSignNorFreeSpace)
 {
   const Pair pair = scanPair(makeFurnishedRoom(2), 0, 1, roomScanner(), 81);
   Options options = makeOptions(Profile::Default);
-  options.viewpoint_mode = ViewpointMode::Unknown;
+  options.viewpoint_mode = ViewpointMode::Unused;
   const Result result = registerPair(pair, options);
   EXPECT_FALSE(result.source_viewpoint_used || result.target_viewpoint_used);
   EXPECT_EQ(result.contradiction, 0);

@@ -212,8 +212,75 @@ TEST_F(Viewpoint, ScalesWithTheScene)
   }
 }
 
+TEST_F(Viewpoint, IsFoundInTheFrameOfABuilding)
+{
+  const Eigen::Vector3f corner(31, -18, 4);
+  for (std::size_t s = 0; s < scene_.stations.size(); ++s) {
+    SCOPED_TRACE(::testing::Message() << "station " << s);
+    Eigen::Matrix3Xf scan = scanFrom(scene_.stations[s], s);
+    scan.colwise() += corner;
+    const std::optional<Eigen::Vector3f> place = findViewpoint(scan, scan, 1, 1);
+    ASSERT_TRUE(place);
+    EXPECT_LT((*place - corner).norm(), 0.5f);
+    EXPECT_TRUE(isPlausibleViewpoint(scan, *place, 1));
+    // Same bits for any number of threads.
+    for (const unsigned threads : {2u, 5u})
+      EXPECT_EQ(*place, findViewpoint(scan, scan, 1, threads).value());
+  }
+}
+
+TEST_F(Viewpoint, FoundScalesWithTheScene)
+{
+  const Eigen::Matrix3Xf scan = scanFrom(scene_.stations[0], 1);
+  for (const float scale : {0.001f, 1000.f}) {
+    const Eigen::Matrix3Xf scaled = scan * scale;
+    const std::optional<Eigen::Vector3f> place = findViewpoint(scaled, scaled, static_cast<double>(scale), 1);
+    ASSERT_TRUE(place);
+    EXPECT_LT(place->norm(), 0.5f * scale);
+  }
+}
+
+TEST(FoundViewpoint, OfRoomsScannedThroughAWallIsNone)
+{
+  // Four closed rooms in a square: from each place, the walls of three rooms hide behind those of the fourth.
+  Eigen::Matrix3Xf merged(3, 0);
+  for (const Eigen::Vector3f& room : {Eigen::Vector3f(0, 0, 0),
+                                      Eigen::Vector3f(6.2f, 0, 0),
+                                      Eigen::Vector3f(0, 5.2f, 0),
+                                      Eigen::Vector3f(6.2f, 5.2f, 0)}) {
+    Eigen::Matrix3Xf points = testing::samplePoints(testing::roomRectangles(), 100, 3);
+    points.colwise() += room;
+    merged = concatenated(merged, points);
+  }
+  EXPECT_FALSE(findViewpoint(merged, merged, 1, 1));
+}
+
+TEST(FoundViewpoint, AFewFarPointsDoNotMatter)
+{
+  const testing::Scene scene = testing::makeFurnishedRoom(2);
+  const Eigen::Matrix3Xf scan =
+      testing::castScan(scene, testing::sensorPose(scene.stations[0], 0.3, 0), testing::roomScanner(0.025), 5);
+  Eigen::Matrix3Xf far(3, scan.cols() / 50);
+  for (Eigen::Index i = 0; i < far.cols(); ++i)
+    far.col(i) = Eigen::Vector3f(1e6f, -1e7f, 1e5f) * static_cast<float>(1 + i % 7);
+  const Eigen::Matrix3Xf dirty = concatenated(scan, far);
+  const std::optional<Eigen::Vector3f> place = findViewpoint(dirty, scan, 1, 1);
+  ASSERT_TRUE(place);
+  EXPECT_LT(place->norm(), 0.5f);
+}
+
 TEST_F(Viewpoint, DegenerateInputIsSurvived)
 {
+  const Eigen::Matrix3Xf none(3, 0);
+  const Eigen::Matrix3Xf one = Eigen::Matrix3Xf::Constant(3, 1, 2.f);
+  EXPECT_FALSE(findViewpoint(none, none, 1, 1));
+  EXPECT_FALSE(findViewpoint(one, none, 1, 1));
+  EXPECT_FALSE(findViewpoint(none, one, 1, 1));
+  for (const float x : {0.f, 1.f, 1e6f, 1e30f, kMaxFloat})
+    for (const Eigen::Index count : {1, 100}) {
+      const Eigen::Matrix3Xf same = Eigen::Matrix3Xf::Constant(3, count, x);
+      findViewpoint(same, same, 1, 1);
+    }
   EXPECT_FALSE(isPlausibleViewpoint(Eigen::Matrix3Xf(3, 0), Eigen::Vector3f::Zero(), 1));
   const Eigen::Matrix3Xf scan = scanFrom(scene_.stations[0], 1);
   EXPECT_FALSE(isPlausibleViewpoint(scan, Eigen::Vector3f::Constant(kNan), 1));

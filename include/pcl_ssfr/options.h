@@ -22,11 +22,13 @@ enum class Profile {
   Paper2017 ///< the method as published, in the constants of the implementation of July 2017
 };
 
-/// Whether the origin (or the viewpoint given) of a scan is believed to be the place of its sensor.
+/// Whether the origin (or the viewpoint given) of a scan is believed to be the place of its sensor. The default profile
+/// looks for the place in the points where it is not believed, the paper's does without.
 enum class ViewpointMode {
   Auto,         ///< decided from the points: a scan seen from its sensor has one return a direction
   SensorOrigin, ///< always believed
-  Unknown       ///< never: unsigned normals, no free-space reasoning
+  Unknown,      ///< never believed: only a place found in the points is used, if there is one (see findViewpoint())
+  Unused        ///< no place at all: unsigned normals, no free-space reasoning
 };
 
 /// Prior knowledge of the vertical in both scans.

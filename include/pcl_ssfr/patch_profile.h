@@ -20,7 +20,8 @@ struct PatchScan {
   ScanExtent extent;
   double scale = 1;                                 ///< of the scene: 1 for rooms to streets, multiplies every length
   Eigen::Vector3d origin = Eigen::Vector3d::Zero(); ///< subtracted from the points in double [m]
-  bool viewpoint_used = false;                      ///< the viewpoint is believed
+  bool viewpoint_used = false;                      ///< the viewpoint is believed, or was found ...
+  bool viewpoint_found = false;                     ///< ... in the points
   Eigen::Vector3d viewpoint = Eigen::Vector3d::Zero(); ///< relative to origin [m]; zero when not believed
   double thickness = 0;                                ///< that its patches may have [m]
   PlanarPatches patches;

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <vector>
 
 namespace pcl_ssfr {
@@ -134,5 +135,15 @@ twoDepthShare(const Eigen::Matrix3Xf& points, const Eigen::Vector3f& viewpoint, 
  */
 bool
 isPlausibleViewpoint(const Eigen::Matrix3Xf& points, const Eigen::Vector3f& viewpoint, double scale);
+
+/** \brief A place from which a scan may have been seen, found by trying places among its points: there the most
+ * directions see something and the fewest see two depths. It need not be the sensor: in an empty room any place will
+ * do, and tells the free side of the walls as well.
+ * \param[in] points 3 x N, as dense as the sensor made them: they crowd around it \param[in] thinned 3 x M, the same
+ * scan with an even density \param[in] scale of the scene, as above \param[in] threads at least 1
+ * \return none when even from the best place the scan looks as if it was merged of several
+ */
+std::optional<Eigen::Vector3f>
+findViewpoint(const Eigen::Matrix3Xf& points, const Eigen::Matrix3Xf& thinned, double scale, unsigned threads);
 
 } // namespace pcl_ssfr

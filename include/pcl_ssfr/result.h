@@ -82,8 +82,12 @@ struct Result {
   std::vector<UnobservableDirection> unobservable;
   /// In order of execution; those of the scans as they were prepared, which may have been for an earlier registration.
   std::vector<StageReport> stages;
-  bool source_viewpoint_used = false; ///< normals and free space of the source were tied to its viewpoint
+  bool source_viewpoint_used = false; ///< normals and free space of the source were tied to a place of its sensor
   bool target_viewpoint_used = false;
+  bool source_viewpoint_found = false; ///< that place was found in the points, not given
+  bool target_viewpoint_found = false;
+  Eigen::Vector3d source_viewpoint = Eigen::Vector3d::Zero(); ///< that place, source frame [m]; zero when not used
+  Eigen::Vector3d target_viewpoint = Eigen::Vector3d::Zero(); ///< target frame [m]
 
   bool
   accepted() const

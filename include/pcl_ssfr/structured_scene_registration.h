@@ -55,7 +55,7 @@ namespace pcl_ssfr {
  * **Viewpoint.** Normals are oriented towards the sensor, and space between it and the points is taken to be free. The
  * sensor is at each cloud's `sensor_origin_`, which PCL does not move along with the points: on merged or moved clouds
  * it is wrong. By default (ViewpointMode::Auto) it is believed only when the points agree with it. setSourceViewpoint()
- * and setTargetViewpoint() give it explicitly; ViewpointMode::Unknown never uses it.
+ * and setTargetViewpoint() give it explicitly; ViewpointMode::Unknown never believes it.
  *
  * **Guess.** Never needed and never harmful: a guess other than the identity is judged as one more candidate.
  *
