@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: BSD-3-Clause
+# Copyright (c) 2026, pcl_ssfr contributors
+"""scripts/results: its tables from made-up output of the programs, and their places in docs/RESULTS.md."""
+import importlib.machinery
+import importlib.util
+import pathlib
+import subprocess
+import sys
+import unittest
+
+SCRIPT = pathlib.Path(__file__).resolve().parent.parent / "scripts" / "results"
+sys.dont_write_bytecode = True
+LOADER = importlib.machinery.SourceFileLoader("results", str(SCRIPT))
+results = importlib.util.module_from_spec(importlib.util.spec_from_loader("results", LOADER))
+LOADER.exec_module(results)
+
+DATASET_TABLE = """Method ssfr, source turned at random, 2 threads
+
+| set                  | pairs | solved |   rate  | converged | converged wrong | med. deg | med.cm | med. s |
+|----------------------|-------|--------|---------|-----------|-----------------|----------|--------|--------|
+| room                 |     3 |      2 |  66.7 % |         2 |               1 |    0.100 |    1.0 |  0.200 |
+| all                  |     3 |      2 |  66.7 % |         2 |               1 |    0.100 |    1.0 |  0.200 |
+
+Mean seconds a pair: polish 0.1;
+"""
+
+
+class Document(unittest.TestCase):
+    """Tables in the document."""
+
+    TEXT = ("# Results\n\n<!-- results: speed -->\nold\n<!-- end of results: speed -->\n\nwords\n\n"
+            "<!-- results: growth -->\n<!-- end of results: growth -->\nend\n")
+
+    def test_only_the_named_table_is_replaced(self):
+        new = results.replace_table(self.TEXT, "speed", "| a |\n|---|\n| 1 |\n\n")
+        self.assertEqual(new, self.TEXT.replace("old\n", "| a |\n|---|\n| 1 |\n"))
+        self.assertEqual(results.replace_table(new, "speed", "old"), self.TEXT)
+
+    def test_a_table_without_a_place_is_an_error(self):
+        for name in ("success", "spee"):
+            with self.assertRaisesRegex(results.Failure, "no place"):
+                results.replace_table(self.TEXT, name, "x")
+        begin, end = results.marks("speed")
+        for text in (self.TEXT.replace(end, ""), self.TEXT + begin, end + "\n" + begin):
+            with self.assertRaisesRegex(results.Failure, "no place"):
+                results.replace_table(text, "speed", "x")
+
+    def test_the_document_has_a_place_for_every_table(self):
+        document = results.DOCUMENT.read_text(encoding="utf-8")
+        self.assertEqual(sorted(results.tables_of(document)), sorted(results.NAMES))
+        for name in results.NAMES:
+            self.assertIn("x", results.replace_table(document, name, "x"))
+
+    def test_every_table_has_a_measure(self):
+        self.assertEqual(sorted(results.MEASURES), sorted(results.NAMES))
+
+
+class Tables(unittest.TestCase):
+    """Tables from the programs' output."""
+
+    def test_padding_and_words_around_a_table_are_dropped(self):
+        lines = results.table_lines(DATASET_TABLE)
+        self.assertEqual(len(lines), 4)
+        self.assertEqual(lines[1], "|" + "---|" * 9)
+        self.assertEqual(lines[2], "| room | 3 | 2 | 66.7 % | 2 | 1 | 0.100 | 1.0 | 0.200 |")
+
+    def test_no_table_is_an_error(self):
+        with self.assertRaisesRegex(results.Failure, "no table"):
+            results.table_lines("nothing\n| but | this |\n")
+
+    def test_marks(self):
+        lines = results.marks_table([("turned", DATASET_TABLE), ("as is", DATASET_TABLE.replace("2 |               1", "1 |               0"))])
+        self.assertEqual(lines[2], "| turned | 3 | 2 (66.7 %) | 2 | 1 |")
+        self.assertEqual(lines[3], "| as is | 3 | 2 (66.7 %) | 1 | 0 |")
+        with self.assertRaisesRegex(results.Failure, "no row 'all'"):
+            results.marks_table([("none", DATASET_TABLE.replace("| all ", "| one "))])
+
+    def test_stages(self):
+        report = {"benchmarks": [
+            {"name": "thinning/30000/real_time", "time_unit": "ms", "cpu_time": 2.1234, "over_pcl": 1.2},
+            {"name": "thinning/300000/real_time", "time_unit": "ms", "cpu_time": 30.0, "over_pcl": 1.3},
+            {"name": "polish/30000/real_time", "time_unit": "ms", "cpu_time": 7.0}]}
+        lines = results.stage_rows(report)
+        self.assertEqual(lines[0], "| stage | 30000 points, ms | 300000 points, ms | over PCL's, 30000 | over PCL's, 300000 |")
+        self.assertEqual(lines[2], "| thinning | 2.12 | 30 | 1.2 | 1.3 |")
+        self.assertEqual(lines[3], "| polish | 7 | - | - | - |")
+        report["benchmarks"][0]["time_unit"] = "us"
+        with self.assertRaisesRegex(results.Failure, "milliseconds"):
+            results.stage_rows(report)
+
+
+class CommandLine(unittest.TestCase):
+    """Errors in use."""
+
+    def run_script(self, *arguments):
+        """The finished process."""
+        return subprocess.run([sys.executable, str(SCRIPT), *arguments], capture_output=True, text=True, check=False)
+
+    def test_wrong_use_is_named(self):
+        for arguments, message in ((["--fast"], "unknown option '--fast'"), (["--only"], "needs a value"),
+                                   (["--only", "speed,sped"], "'sped'"), (["/no/such/folder"], "no pairs.csv")):
+            done = self.run_script(*arguments)
+            self.assertEqual(done.returncode, 2, done.stderr)
+            self.assertIn(message, done.stderr)
+            self.assertEqual(done.stdout, "")
+
+    def test_help(self):
+        done = self.run_script("--help")
+        self.assertEqual(done.returncode, 0)
+        self.assertIn("Usage: scripts/results", done.stdout)
+
+    def test_a_build_without_the_programs_is_an_error(self):
+        done = self.run_script("--only", "speed", "--build-dir", str(SCRIPT.parent))
+        self.assertEqual(done.returncode, 3)
+        self.assertIn("no program dataset_table", done.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
