@@ -36,6 +36,13 @@ constexpr std::size_t kResolutionSamples = 5000;
 constexpr double kRadiusInResolutions = 10;
 constexpr double kSmallestRadius = 0.1, kLargestRadius = 0.9; ///< [m]
 constexpr double kLeafInRadii = 0.5;
+// A spinning sensor with few rings measures densely along a ring and sparsely across: the nearest neighbours lie on one
+// line and say nothing of the surface. r must reach the next ring around nine points in ten of those that are used.
+constexpr double kSurfaceShare = 0.9;
+constexpr float kSurfaceRatio = 0.1F; ///< second spread over the first (variances) of neighbours on a surface
+constexpr std::size_t kMinSurfaceNeighbors = 5;
+constexpr std::size_t kSurfaceSamples = 1000;              ///< at most so many points, evenly strided
+constexpr double kSurfaceStep = 1.25;                      ///< ratio of the radii that are tried
 constexpr double kSmallestLeaf = 0.04, kLargestLeaf = 0.1; ///< [m]
 
 /// The finite points of a scan near enough to the viewpoint, centred; and the normals that came with them.
@@ -121,6 +128,52 @@ measureResolution(const Cloud& cloud, const pcl::search::KdTree<pcl::PointXYZ>& 
   return sum / static_cast<double>(samples);
 }
 
+/// Covariance of some points; false for none.
+bool
+computeCovariance(const Cloud& cloud, const pcl::Indices& indices, Eigen::Matrix3f& covariance)
+{
+  Eigen::Vector4f centroid;
+  return pcl::computeMeanAndCovarianceMatrix(cloud, indices, covariance, centroid) > 0;
+}
+
+/** rief The radius [m] within which kSurfaceShare of the points have neighbours that span a surface, and not a line.
+ * Measured on \p columns of the cloud, one a voxel of the thinning, so that near and far surfaces count by their area.
+ * At least 2 resolutions, at most kLargestRadius.
+ */
+double
+measureSurfaceRadius(const Cloud& cloud,
+                     const pcl::search::KdTree<pcl::PointXYZ>& tree,
+                     const std::vector<Eigen::Index>& columns,
+                     double resolution,
+                     [[maybe_unused]] int workers)
+{
+  const std::size_t samples = std::min(columns.size(), kSurfaceSamples);
+  if (samples == 0 || !(resolution > 0))
+    return 0;
+  std::vector<double> radii(samples, kLargestRadius);
+#pragma omp parallel for num_threads(workers) schedule(dynamic, 16)
+  for (std::size_t i = 0; i < samples; ++i) {
+    const pcl::PointXYZ& point = cloud[static_cast<std::size_t>(columns[i * columns.size() / samples])];
+    pcl::Indices indices;
+    std::vector<float> squared;
+    Eigen::Matrix3f covariance;
+    for (double radius = 2 * resolution; radius < kLargestRadius; radius *= kSurfaceStep) {
+      tree.radiusSearch(point, radius, indices, squared);
+      if (indices.size() < kMinSurfaceNeighbors || !computeCovariance(cloud, indices, covariance))
+        continue;
+      const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3f> solver(covariance, Eigen::EigenvaluesOnly);
+      if (solver.eigenvalues()[1] > kSurfaceRatio * solver.eigenvalues()[2]) {
+        radii[i] = radius;
+        break;
+      }
+    }
+  }
+  const auto rank = std::min(samples - 1, static_cast<std::size_t>(kSurfaceShare * static_cast<double>(samples)));
+  const auto chosen = radii.begin() + static_cast<std::ptrdiff_t>(rank);
+  std::nth_element(radii.begin(), chosen, radii.end());
+  return *chosen;
+}
+
 /// PCA normal of some points, as pcl::NormalEstimation computes it; zero when they span no plane.
 Eigen::Vector3d
 fitNormal(const Cloud& cloud, const pcl::Indices& indices)
@@ -128,8 +181,7 @@ fitNormal(const Cloud& cloud, const pcl::Indices& indices)
   if (indices.size() < kMinNeighbors)
     return Eigen::Vector3d::Zero();
   Eigen::Matrix3f covariance;
-  Eigen::Vector4f centroid;
-  if (pcl::computeMeanAndCovarianceMatrix(cloud, indices, covariance, centroid) == 0)
+  if (!computeCovariance(cloud, indices, covariance))
     return Eigen::Vector3d::Zero();
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3f> solver(covariance);
   if (!(solver.eigenvalues()[1] > kLineRatio * solver.eigenvalues()[2]))
@@ -162,9 +214,13 @@ estimateNormals(const ScanView& scan, const NormalOptions& options, bool oriente
   pcl::search::KdTree<pcl::PointXYZ> tree(false);
   tree.setInputCloud(surface);
   result.resolution = measureResolution(*surface, tree, workers);
-  result.radius = options.radius > 0
-                      ? options.radius
-                      : std::clamp(kRadiusInResolutions * result.resolution, kSmallestRadius, kLargestRadius);
+  result.radius = options.radius;
+  if (!(result.radius > 0)) {
+    const double spacing =
+        measureSurfaceRadius(*surface, tree, samplePerVoxel(finite.points, kLargestLeaf), result.resolution, workers);
+    result.radius =
+        std::clamp(std::max(kRadiusInResolutions * result.resolution, spacing), kSmallestRadius, kLargestRadius);
+  }
   result.leaf = options.leaf > 0 ? options.leaf : std::clamp(kLeafInRadii * result.radius, kSmallestLeaf, kLargestLeaf);
 
   // Thinning after the normals keeps real points: estimating at those alone, over all points, gives the same.

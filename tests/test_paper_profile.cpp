@@ -8,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -289,6 +290,53 @@ TEST(PaperProfile, ConstantsOf2019WorkToo)
   const Result result = run(pair, options);
   ASSERT_EQ(result.status, Status::Converged) << result.message;
   EXPECT_THAT(result.T_target_source, IsPoseNear(pair.T_target_source, 2 * kDegree, 0.1));
+}
+
+/// Two scans of a street from a vehicle, one after the other.
+RoomPair
+makeStreetPair()
+{
+  const testing::Scene street = testing::makeStreet(1);
+  const Eigen::Isometry3d target_pose = testing::sensorPose(street.stations[0], 0);
+  const Eigen::Isometry3d source_pose = testing::sensorPose(street.stations[0] + Eigen::Vector3d(2, 0.3, 0), 0.4);
+  testing::SensorPattern pattern = testing::vehicleScanner();
+  pattern.azimuth_step = 0.2 * kDegree; // the rings are 1.3 degrees apart
+  RoomPair pair;
+  pair.source = testing::castScan(street, source_pose, pattern, 3);
+  pair.target = testing::castScan(street, target_pose, pattern, 4);
+  pair.T_target_source = testing::relativePose(target_pose, source_pose);
+  return pair;
+}
+
+TEST(PaperProfile, RadiusReachesTheNextRingOfASpinningSensor)
+{
+  // Points lie densely along a ring, and the next ring is far: ten spacings of nearest neighbours see one line only.
+  const RoomPair pair = makeStreetPair();
+  const Options options = paperOptions();
+  const PaperScan scan = preparePaperScan(viewOf(pair.target), options, true);
+  const double by_spacing = std::max(10 * scan.normals.resolution, 0.1);
+  EXPECT_GT(scan.normals.radius, 1.2 * by_spacing);
+  EXPECT_LE(scan.normals.radius, 0.9);
+  EXPECT_GE(scan.main_normals.size(), 3U);
+  const Result result = run(pair, options);
+  ASSERT_EQ(result.status, Status::Converged) << result.message;
+  EXPECT_THAT(result.T_target_source, IsPoseNear(pair.T_target_source, 2 * kDegree, 0.3));
+
+  // What it was before leaves more surface without a normal, or with one of the ring instead.
+  Options narrow = options;
+  narrow.normal_radius = by_spacing;
+  EXPECT_GT(result.overlap, run(pair, narrow).overlap);
+
+  // Where points lie alike in all directions of a surface, their spacing alone decides.
+  const PaperScan room = preparePaperScan(viewOf(makeRoomPair().target), options, true);
+  EXPECT_NEAR(room.normals.radius, std::clamp(10 * room.normals.resolution, 0.1, 0.9), 1e-12);
+
+  // It is a length: a scan half as large has half the radius, to a step of the search, as far as the bounds let it.
+  const Eigen::Matrix3Xf half = 0.5F * pair.target;
+  const Eigen::Matrix3Xf quarter = 0.25F * pair.target;
+  EXPECT_NEAR(preparePaperScan(viewOf(quarter), options, true).normals.radius,
+              0.5 * preparePaperScan(viewOf(half), options, true).normals.radius,
+              0.08);
 }
 
 TEST(PaperProfile, RefusesBadOptions)

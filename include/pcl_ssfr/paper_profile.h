@@ -16,9 +16,10 @@ namespace pcl_ssfr {
 /** \brief One scan made ready for the method as published (Algorithm 1; METHOD stages 1 to 5).
  *
  * Scales of 0 follow from the data by these rules, which pass through the settings that the authors ran:
- * normal radius r = 10 times the mean distance of nearest neighbours, within 0.1 to 0.9 m; leaf r/2, within 0.04 to
- * 0.1 m; LCP leaf 0.2 m at r = 0.1 m rising linearly to 0.5 m at r = 0.6 m; r_d and binWidth as in
- * DensityOptions::radius and HistogramOptions::bin_width (the authors kept those of 2017 at every scale).
+ * normal radius r = 10 times the mean distance of nearest neighbours, more where 10 % of the points have their
+ * neighbours on one line up to there (rings of a spinning sensor), within 0.1 to 0.9 m; leaf r/2, within 0.04 to 0.1 m;
+ * LCP leaf 0.2 m at r = 0.1 m rising linearly to 0.5 m at r = 0.6 m; r_d and binWidth as in DensityOptions::radius and
+ * HistogramOptions::bin_width (the authors kept those of 2017 at every scale).
  */
 struct PaperScan {
   NormalEstimationResult normals;       ///< samples relative to normals.origin, sign (oriented or not), finite points
