@@ -16,6 +16,7 @@
 #include <boost/program_options.hpp>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -220,8 +221,32 @@ median(std::vector<double> values)
   return *middle;
 }
 
+/// Answers of like confidence, and how many of them were right.
+struct CalibrationBin {
+  std::size_t answers = 0, right = 0;
+  double confidence = 0; ///< sum
+};
+
+/// Expected calibration error: the mean difference of confidence and share of right answers, over ten bins.
+double
+calibrationError(const std::vector<std::pair<double, bool>>& answers)
+{
+  std::array<CalibrationBin, 10> bins;
+  for (const auto& [confidence, right] : answers) {
+    CalibrationBin& bin = bins[static_cast<std::size_t>(std::clamp(10 * confidence, 0.0, 9.0))];
+    ++bin.answers;
+    bin.right += right;
+    bin.confidence += confidence;
+  }
+  double sum = 0;
+  for (const CalibrationBin& bin : bins)
+    sum += std::abs(bin.confidence - static_cast<double>(bin.right));
+  return answers.empty() ? 0 : sum / static_cast<double>(answers.size());
+}
+
 struct Totals {
   std::size_t pairs = 0, solved = 0, converged = 0, converged_right = 0;
+  std::vector<std::pair<double, bool>> confidences; ///< and whether the answer was right
   std::vector<double> degrees, metres, seconds;
   std::map<std::string, double> stages;
 
@@ -233,6 +258,7 @@ struct Totals {
     converged += o.result.accepted();
     converged_right += o.result.accepted() && o.success;
     seconds.push_back(o.seconds);
+    confidences.emplace_back(o.result.confidence, o.success);
     if (o.success) {
       degrees.push_back(o.rotation_error);
       metres.push_back(o.translation_error);
@@ -388,7 +414,8 @@ run(const std::vector<std::string>& folders, Settings settings)
     totals.print(set);
   }
   all.print("all");
-  std::printf("\nMean seconds a pair:");
+  std::printf("\nExpected calibration error of the confidence: %.1f %%\n", 100 * calibrationError(all.confidences));
+  std::printf("Mean seconds a pair:");
   for (const auto& [stage, seconds] : all.stages)
     std::printf(" %s %.4f;", stage.c_str(), seconds / static_cast<double>(std::max<std::size_t>(1, all.pairs)));
   std::printf("\n");
