@@ -2,12 +2,11 @@
 // Copyright (c) 2026, pcl_ssfr contributors
 
 #include <apps/benchmark/summary_files.h>
+#include <apps/format_text.h>
 #include <apps/io/file_bytes.h>
 #include <apps/json_values.h>
 
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 
 namespace pcl_ssfr {
@@ -19,15 +18,6 @@ using Json = nlohmann::ordered_json;
 
 constexpr double kPercent = 100;
 constexpr double kCentimetres = 100;
-
-template <typename... Values>
-std::string
-format(const char* pattern, Values... values)
-{
-  std::array<char, 256> buffer{};
-  const int length = std::snprintf(buffer.data(), buffer.size(), pattern, values...);
-  return {buffer.data(), std::min(buffer.size() - 1, static_cast<std::size_t>(std::max(length, 0)))};
-}
 
 Json
 rateJson(const Rate& rate)

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
+#include <apps/format_text.h>
 #include <apps/simulation/simulation_report.h>
 
 #include <pcl_ssfr/version.h>
 
 #include <algorithm>
-#include <array>
-#include <cstdio>
 #include <limits>
 
 namespace pcl_ssfr::simulation {
@@ -29,15 +28,6 @@ struct Extent {
     high = std::max(high, value);
   }
 };
-
-template <typename... Values>
-std::string
-format(const char* pattern, Values... values)
-{
-  std::array<char, 256> text{};
-  std::snprintf(text.data(), text.size(), pattern, values...);
-  return text.data();
-}
 
 std::string
 pairsText(const std::vector<DatasetPair>& pairs)

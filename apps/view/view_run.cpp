@@ -2,6 +2,7 @@
 // Copyright (c) 2026, pcl_ssfr contributors
 
 #include <apps/benchmark/result_row.h>
+#include <apps/format_text.h>
 #include <apps/io/dataset_folder.h>
 #include <apps/io/file_bytes.h>
 #include <apps/io/transform_file.h>
@@ -10,9 +11,7 @@
 #include <apps/view/view_run.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <set>
 
@@ -26,14 +25,6 @@ using Json = nlohmann::ordered_json;
 using io::IoError;
 
 constexpr double kSamePose = 1e-6; ///< largest difference of the numbers of two poses that are the same
-
-std::string
-format(const char* pattern, double a, double b)
-{
-  std::array<char, 200> text{};
-  std::snprintf(text.data(), text.size(), pattern, a, b);
-  return text.data();
-}
 
 /// Options that the kind of input does not take.
 void
