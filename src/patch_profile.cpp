@@ -610,7 +610,7 @@ private:
   {
     const std::size_t before = poses.size();
     forEachPose(poses, [&](JudgedPose& pose) {
-      if (options_.refine)
+      if (options_.refine && !outOfTime())
         refineOnPatches(pose);
       judgeFinely(pose);
     });
@@ -692,7 +692,7 @@ private:
       return refineMutual(
           source_.surface, source_.fine_index, target_.surface, target_.fine_index, pose.T_target_source, options);
     };
-    if (options_.refine) {
+    if (options_.refine && !outOfTime()) {
       Refinement refined = run();
       if (isPolished(pose.T_target_source, refined.T_target_source)) {
         pose.T_target_source = refined.T_target_source;
@@ -829,15 +829,24 @@ private:
     constexpr double kNear = 0.9; // of the best score and of its matched surface
     constexpr std::size_t kSeveral = 3;
     const JudgedPose& best = poses.front();
+    const double least = laysSensorOnSensor(best) ? kSensorOnSensorRatio : ambiguousRatio(seesFreeSpace());
     std::size_t equal = 0;
     std::size_t near = 0;
     for (const JudgedPose& pose : poses) {
       const bool is_near = pose.score >= kNear * best.score && pose.evidence.matched >= kNear * best.evidence.matched;
       near += is_near;
-      equal += pose.score >= ambiguousRatio(seesFreeSpace()) * best.score ||
-               (is_near && pose.evidence.matched > best.evidence.matched);
+      equal += pose.score >= least * best.score || (is_near && pose.evidence.matched > best.evidence.matched);
     }
     return near >= kSeveral ? near : equal;
+  }
+
+  /// Whether a pose lays one sensor on the other. Then the patterns of their rays coincide, and with them what is wrong
+  /// with the patches: more matches than the surface accounts for. Along a corridor that alone picks a place.
+  bool
+  laysSensorOnSensor(const JudgedPose& pose) const
+  {
+    return source_.viewpoint_used && target_.viewpoint_used &&
+           (pose.T_target_source * source_.viewpoint - target_.viewpoint).norm() < kSameSensor * scale_;
   }
 
   static std::string
@@ -850,6 +859,9 @@ private:
   }
 
   static constexpr double kPolishLateral = 0.1; // [m] at scale 1
+  static constexpr double kSameSensor = 0.1;    // [m] at scale 1
+  static constexpr double kSensorOnSensorRatio =
+      0.85; // of the best score: a rival of a pose that lays sensor on sensor
   static constexpr double kUnobservableConfidence = 0.3;
   static constexpr double kHopelessOverlap = 0.15;
   static constexpr double kPolishedShare = 0.85; // of the best score: a rival that is polished too

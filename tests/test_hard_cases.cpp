@@ -96,6 +96,19 @@ TEST(Corridor, WithoutAnEndIsUnobservable)
   }
 }
 
+TEST(Corridor, WithoutAnEndIsNoMatchOfRings)
+{
+  // Sparse rings, laid one on the other with their gaps, match better than any other shift along the corridor.
+  for (const char* sensor : {"velodyne_vlp16", "velodyne_hdl32e"})
+    for (const std::uint64_t seed : {2, 4, 5}) {
+      const std::vector<PosedScan> scans = takeScans(planScans("endless_corridor", sensor, 4, 40000, seed));
+      for (std::size_t i = 1; i < scans.size(); ++i) {
+        const Result result = registerPosedScans(scans[i], scans[i - 1]).result;
+        EXPECT_FALSE(result.accepted()) << sensor << ", seed " << seed << ": " << describe(result);
+      }
+    }
+}
+
 // ---------------------------------------------------------------------------------------------------------------------
 // Repetition
 

@@ -90,6 +90,19 @@ TEST_P(Recovers, hallsAndStreets)
   EXPECT_THAT(registerPair(street).T_target_source, IsPoseNear(street.T_target_source, 0.2 * kDegree, 0.03));
 }
 
+TEST_P(Recovers, aScanTakenAgainFromTheSamePlace)
+{
+  const auto seed = static_cast<std::uint64_t>(GetParam());
+  const Scene scene = makeFurnishedRoom(seed);
+  for (const SensorPattern& pattern : {roomScanner(), vehicleScanner()}) {
+    const Pair pair = scanPair(scene, 0, 0, pattern, 23 + seed);
+    ASSERT_LT(pair.T_target_source.translation().norm(), 0.05);
+    const Result result = registerPair(pair);
+    EXPECT_EQ(result.status, Status::Converged) << result.message;
+    EXPECT_THAT(result.T_target_source, IsPoseNear(pair.T_target_source, 0.2 * kDegree, 0.02));
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Seeds, Recovers, ::testing::Values(1, 2, 3));
 
 // ---- laws
