@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
+#include <apps/format_text.h>
 #include <apps/json_values.h>
 #include <apps/options_json.h>
 #include <apps/report.h>
@@ -10,9 +11,7 @@
 #include <sys/resource.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 
 namespace pcl_ssfr {
@@ -24,15 +23,6 @@ using Json = nlohmann::ordered_json;
 
 constexpr double kDegreesPerRadian = 57.29577951308232;
 constexpr std::size_t kAlternatives = 4; ///< listed for people
-
-template <typename... Values>
-std::string
-format(const char* pattern, Values... values)
-{
-  std::array<char, 512> buffer{};
-  const int length = std::snprintf(buffer.data(), buffer.size(), pattern, values...);
-  return {buffer.data(), std::min(buffer.size() - 1, static_cast<std::size_t>(std::max(length, 0)))};
-}
 
 Json
 vectorJson(const Eigen::Vector3d& v)
