@@ -2,11 +2,11 @@
 // Copyright (c) 2026, pcl_ssfr contributors
 
 #include <apps/benchmark/pair_input.h>
+#include <apps/format_text.h>
 #include <apps/view/view_model.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <thread>
 
@@ -22,15 +22,6 @@ constexpr double kShiftFound = 0.5;  ///< a shift this near to the truth is refi
 constexpr double kScoreReach = 0.8;  ///< shifts are tried this far to both sides, of the larger radius of the scans
 constexpr int kScoreSteps = 80;      ///< to each side
 constexpr double kPaperParallel = 2; ///< a rotation of the paper's profile is found again within this [deg]
-
-template <typename... Values>
-std::string
-format(const char* pattern, Values... values)
-{
-  std::array<char, 400> buffer{};
-  const int length = std::snprintf(buffer.data(), buffer.size(), pattern, values...);
-  return {buffer.data(), std::min(buffer.size() - 1, static_cast<std::size_t>(std::max(length, 0)))};
-}
 
 double
 angleBetween(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b)
