@@ -933,8 +933,12 @@ preparePatchScan(const ScanView& scan, const Options& options)
       mode == ViewpointMode::SensorOrigin || (mode == ViewpointMode::Auto && scan.viewpoint_is_known) ||
       (mode == ViewpointMode::Auto && isPlausibleViewpoint(cloud.points, viewpoint.cast<float>(), prepared.scale));
   if (!prepared.viewpoint_used && mode != ViewpointMode::Unused) {
-    const std::optional<Eigen::Vector3f> place = findViewpoint(
-        drawPoints(scan, prepared.origin, kViewpointPoints), cloud.points, prepared.scale, workers(options));
+    const Eigen::Vector3f doubted = viewpoint.cast<float>();
+    const std::optional<Eigen::Vector3f> place = findViewpoint(drawPoints(scan, prepared.origin, kViewpointPoints),
+                                                               cloud.points,
+                                                               prepared.scale,
+                                                               workers(options),
+                                                               mode == ViewpointMode::Auto ? &doubted : nullptr);
     prepared.viewpoint_used = prepared.viewpoint_found = place.has_value();
     if (place)
       viewpoint = place->cast<double>();

@@ -44,6 +44,9 @@ constexpr double kMaxRemoteness = 0.25;
 // 6 % of the directions or fewer had two depths; of merged scans of a car park less than 0, and 7 % or more.
 constexpr double kMinPlaceScore = 0.05; // of the points
 constexpr double kMaxTwoDepths = 0.06;
+// Of the best score: a doubted place that reaches it is as good as any found. Corridors: 0.79 and more, frames of
+// buildings: 0.3 and less.
+constexpr double kDoubtedShare = 0.75;
 
 /// Ranges of the nearest and the farthest return of a cell [m]; zeros when there was none.
 struct DepthSpan {
@@ -229,7 +232,11 @@ isPlausibleViewpoint(const Eigen::Matrix3Xf& points, const Eigen::Vector3f& view
 }
 
 std::optional<Eigen::Vector3f>
-findViewpoint(const Eigen::Matrix3Xf& points, const Eigen::Matrix3Xf& thinned, double scale, unsigned threads)
+findViewpoint(const Eigen::Matrix3Xf& points,
+              const Eigen::Matrix3Xf& thinned,
+              double scale,
+              unsigned threads,
+              const Eigen::Vector3f* doubted)
 {
   if (points.cols() == 0 || thinned.cols() == 0)
     return std::nullopt;
@@ -300,6 +307,8 @@ findViewpoint(const Eigen::Matrix3Xf& points, const Eigen::Matrix3Xf& thinned, d
   const Eigen::Matrix3Xf fine = drawPoints(points, kFinePoints);
   climbAll(fine, kFineCell, kFirstFineStep * scale, kLastFineStep * scale);
   const Place& chosen = best.front();
+  if (doubted && placeScore(fine, *doubted, DirectionGrid(kFineCell), margin) >= kDoubtedShare * chosen.score)
+    return std::nullopt;
   if (chosen.score < kMinPlaceScore * static_cast<double>(fine.cols()) ||
       twoDepthShare(thinned, chosen.position, kViewpointCell, margin) > kMaxTwoDepths)
     return std::nullopt;

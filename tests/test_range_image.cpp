@@ -240,6 +240,15 @@ TEST_F(Viewpoint, FoundScalesWithTheScene)
   }
 }
 
+TEST_F(Viewpoint, NoneIsFoundWhereTheDoubtedOneDoesNearlyAsWell)
+{
+  const Eigen::Matrix3Xf scan = scanFrom(scene_.stations[0], 1);
+  const Eigen::Vector3f sensor = Eigen::Vector3f::Zero();
+  const Eigen::Vector3f elsewhere(-12, 9, 0);
+  EXPECT_FALSE(findViewpoint(scan, scan, 1, 1, &sensor));
+  EXPECT_EQ(findViewpoint(scan, scan, 1, 1, &elsewhere), findViewpoint(scan, scan, 1, 1));
+}
+
 TEST(FoundViewpoint, OfRoomsScannedThroughAWallIsNone)
 {
   // Four closed rooms in a square: from each place, the walls of three rooms hide behind those of the fourth.

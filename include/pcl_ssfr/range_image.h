@@ -141,9 +141,15 @@ isPlausibleViewpoint(const Eigen::Matrix3Xf& points, const Eigen::Vector3f& view
  * do, and tells the free side of the walls as well.
  * \param[in] points 3 x N, as dense as the sensor made them: they crowd around it \param[in] thinned 3 x M, the same
  * scan with an even density \param[in] scale of the scene, as above \param[in] threads at least 1
+ * \param[in] doubted a place that isPlausibleViewpoint() doubts; may be null. When it does nearly as well as the best,
+ * the scan tells no place
  * \return none when even from the best place the scan looks as if it was merged of several
  */
 std::optional<Eigen::Vector3f>
-findViewpoint(const Eigen::Matrix3Xf& points, const Eigen::Matrix3Xf& thinned, double scale, unsigned threads);
+findViewpoint(const Eigen::Matrix3Xf& points,
+              const Eigen::Matrix3Xf& thinned,
+              double scale,
+              unsigned threads,
+              const Eigen::Vector3f* doubted = nullptr);
 
 } // namespace pcl_ssfr
