@@ -220,7 +220,8 @@ drawParagraph(cairo_t* context, double x, double y, double width, const std::str
   drawAlignedText(context, 0, -100, "", size, 0); // sets the font that widths are measured in
   const double step = 1.4 * size;
   while (words >> word) {
-    const std::string longer = line.empty() ? word : line + " " + word;
+    std::string longer = line;
+    longer += (line.empty() ? "" : " ") + word;
     if (!line.empty() && textWidth(context, longer) > width) {
       drawText(context, x, y, line, size);
       y += step;

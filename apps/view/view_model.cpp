@@ -294,7 +294,7 @@ ViewModel::scoresAlong(const Eigen::Isometry3d& T_patches, const Eigen::Vector3d
   const VisibilityOptions visibility = judgementOptions(source_, target_, options_);
   const double step = kScoreReach / kScoreSteps * std::max({source_.extent.radius, target_.extent.radius, 1e-3});
   std::vector<ShiftScore> scores(2 * kScoreSteps + 1);
-  const int threads =
+  [[maybe_unused]] const int threads =
       static_cast<int>(options_.threads > 0 ? options_.threads : std::max(1U, std::thread::hardware_concurrency()));
 #pragma omp parallel for schedule(dynamic, 1) num_threads(threads)
   for (int i = -kScoreSteps; i <= kScoreSteps; ++i) {

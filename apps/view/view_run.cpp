@@ -34,7 +34,7 @@ refuse(const ViewArguments& arguments, const std::vector<std::string>& taken, co
       "png", "render", "window", "screenshot", "layer", "candidate", "truth", "threads", "help", "version"};
   for (const std::string& name : arguments.given)
     if (!kAlways.count(name) && std::find(taken.begin(), taken.end(), name) == taken.end())
-      throw UsageError("--" + name + " does not go with " + input);
+      throw UsageError(std::string("--").append(name).append(" does not go with ").append(input));
 }
 
 const std::vector<std::string>&
@@ -82,8 +82,7 @@ runAgain(ViewRun& run, const MethodSettings& settings = {})
 ViewRun
 runOfScans(const ViewArguments& arguments)
 {
-  std::vector<std::string> taken = methodOptionNames();
-  refuse(arguments, taken, "two scans");
+  refuse(arguments, methodOptionNames(), "two scans");
   ViewRun run;
   run.source = io::loadCloud(arguments.inputs[0]);
   run.target = io::loadCloud(arguments.inputs[1]);
@@ -553,7 +552,7 @@ runOfResults(const ViewArguments& arguments)
   const Method* method = findMethod(row.method);
   if (!method || method->kind != MethodKind::Ssfr) {
     run.report.run = recordedRun(row);
-    run.remarks.push_back("The pose is that of results.csv; everything else is what ssfr sees in these scans.");
+    run.remarks.emplace_back("The pose is that of results.csv; everything else is what ssfr sees in these scans.");
     return run;
   }
   runAgain(run);

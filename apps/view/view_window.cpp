@@ -38,7 +38,7 @@ constexpr int kHeight = 860;
 constexpr double kSide = 0.74;              ///< where the column of sphere and text begins, share of the width
 constexpr double kDistance = 1.6;           ///< of the camera, of the diagonal of the scene
 constexpr double kSphereBottom = 0.42;      ///< share of the height
-constexpr std::size_t kMostPoints = 400000; ///< drawn of a scan
+constexpr std::size_t kMostPoints = 150000; ///< drawn of a scan
 constexpr double kSettleMilliseconds = 300; ///< before a screenshot is taken
 constexpr const char* kHelp = "b   before / after\n"
                               "Right, Left   next, previous candidate\n"
