@@ -136,7 +136,7 @@ computeCovariance(const Cloud& cloud, const pcl::Indices& indices, Eigen::Matrix
   return pcl::computeMeanAndCovarianceMatrix(cloud, indices, covariance, centroid) > 0;
 }
 
-/** rief The radius [m] within which kSurfaceShare of the points have neighbours that span a surface, and not a line.
+/** \brief The radius [m] within which kSurfaceShare of the points have neighbours that span a surface, and not a line.
  * Measured on \p columns of the cloud, one a voxel of the thinning, so that near and far surfaces count by their area.
  * At least 2 resolutions, at most kLargestRadius.
  */

@@ -240,6 +240,7 @@ findViewpoint(const Eigen::Matrix3Xf& points,
 {
   if (points.cols() == 0 || thinned.cols() == 0)
     return std::nullopt;
+  const auto workers = static_cast<int>(threads);
   const double margin = kDepthMargin * scale;
   const Eigen::Matrix3Xf coarse = drawPoints(points, kCoarsePoints);
   Place middle;
@@ -271,7 +272,7 @@ findViewpoint(const Eigen::Matrix3Xf& points,
   std::vector<Place> places(static_cast<std::size_t>(dims.prod()));
   const DirectionGrid coarse_grid(kCoarseCell);
   const auto count = static_cast<std::int64_t>(places.size());
-#pragma omp parallel for schedule(static) num_threads(static_cast <int>(threads))
+#pragma omp parallel for schedule(static) num_threads(workers)
   for (std::int64_t i = 0; i < count; ++i) {
     Place& place = places[static_cast<std::size_t>(i)];
     const auto k = static_cast<int>(i);
@@ -295,7 +296,7 @@ findViewpoint(const Eigen::Matrix3Xf& points,
   const auto climbAll = [&](const Eigen::Matrix3Xf& seen, double cell, double first, double last) {
     const DirectionGrid grid(cell);
     const auto climbs = static_cast<std::int64_t>(best.size());
-#pragma omp parallel for schedule(dynamic, 1) num_threads(static_cast <int>(threads))
+#pragma omp parallel for schedule(dynamic, 1) num_threads(workers)
     for (std::int64_t i = 0; i < climbs; ++i)
       climb(best[static_cast<std::size_t>(i)], first, last, [&](const Eigen::Vector3f& place) {
         return placeScore(seen, place, grid, margin);
