@@ -115,17 +115,6 @@ describeSensor(bool used, bool found, const Eigen::Vector3d& viewpoint)
   return format("found in the points at (%.1f, %.1f, %.1f) m", viewpoint.x(), viewpoint.y(), viewpoint.z());
 }
 
-/// Where the sensors are taken to be.
-std::string
-describeSensors(const Result& result)
-{
-  const std::string source =
-      describeSensor(result.source_viewpoint_used, result.source_viewpoint_found, result.source_viewpoint);
-  const std::string target =
-      describeSensor(result.target_viewpoint_used, result.target_viewpoint_found, result.target_viewpoint);
-  return source == target ? source + " in both scans" : source + " in SOURCE, " + target + " in TARGET";
-}
-
 std::string
 describeUnobservable(const Result& result)
 {
@@ -157,6 +146,16 @@ describeTimes(const Report& report)
 }
 
 } // namespace
+
+std::string
+describeSensors(const Result& result)
+{
+  const std::string source =
+      describeSensor(result.source_viewpoint_used, result.source_viewpoint_found, result.source_viewpoint);
+  const std::string target =
+      describeSensor(result.target_viewpoint_used, result.target_viewpoint_found, result.target_viewpoint);
+  return source == target ? source + " in both scans" : source + " in SOURCE, " + target + " in TARGET";
+}
 
 double
 peakRssMib()

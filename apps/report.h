@@ -41,6 +41,10 @@ toJsonText(const Report& report);
 std::string
 toText(const Report& report);
 
+/// Where the sensors are taken to be, for people.
+std::string
+describeSensors(const Result& result);
+
 /// One line: the answer, or why there is none.
 std::string
 headline(const Report& report);

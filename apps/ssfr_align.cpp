@@ -5,6 +5,7 @@
 #include <apps/io/file_bytes.h>
 #include <apps/io/transform_file.h>
 #include <apps/pictures.h>
+#include <apps/program_main.h>
 #include <apps/report.h>
 
 #include <pcl_ssfr/version.h>
@@ -12,7 +13,6 @@
 #include <pcl/console/print.h>
 
 #include <chrono>
-#include <exception>
 #include <iostream>
 
 namespace {
@@ -20,7 +20,7 @@ namespace {
 using namespace pcl_ssfr;
 
 /// Exit codes that scripts rely on.
-enum ExitCode { kAligned = 0, kNotAligned = 1, kUsage = 2, kFiles = 3 };
+enum ExitCode { kAligned = 0, kNotAligned = 1 };
 
 apps::Report
 align(const apps::AlignArguments& arguments, const io::LoadedCloud& source, const io::LoadedCloud& target)
@@ -89,18 +89,5 @@ int
 main(int argc, char** argv)
 {
   pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS); // errors are ours to tell
-  try {
-    return run({argv + 1, argv + argc});
-  }
-  catch (const apps::UsageError& error) {
-    std::cerr << "ssfr_align: " << error.what() << "; see ssfr_align --help\n";
-    return kUsage;
-  }
-  catch (const std::bad_alloc&) {
-    std::cerr << "ssfr_align: out of memory\n";
-  }
-  catch (const std::exception& error) {
-    std::cerr << "ssfr_align: " << error.what() << '\n';
-  }
-  return kFiles;
+  return apps::runProgram("ssfr_align", argc, argv, run);
 }

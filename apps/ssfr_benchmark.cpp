@@ -3,12 +3,12 @@
 
 #include <apps/benchmark/benchmark_run.h>
 #include <apps/benchmark/worker.h>
+#include <apps/program_main.h>
 
 #include <pcl_ssfr/version.h>
 
 #include <pcl/console/print.h>
 
-#include <exception>
 #include <iostream>
 
 namespace {
@@ -16,7 +16,7 @@ namespace {
 using namespace pcl_ssfr;
 
 /// Exit codes that scripts rely on.
-enum ExitCode { kDone = 0, kUsage = 2, kFiles = 3 };
+enum ExitCode { kDone = 0 };
 
 int
 run(const std::vector<std::string>& tokens)
@@ -37,18 +37,5 @@ int
 main(int argc, char** argv)
 {
   pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS); // errors are ours to tell
-  try {
-    return run({argv + 1, argv + argc});
-  }
-  catch (const apps::UsageError& error) {
-    std::cerr << "ssfr_benchmark: " << error.what() << "; see ssfr_benchmark --help\n";
-    return kUsage;
-  }
-  catch (const std::bad_alloc&) {
-    std::cerr << "ssfr_benchmark: out of memory\n";
-  }
-  catch (const std::exception& error) {
-    std::cerr << "ssfr_benchmark: " << error.what() << '\n';
-  }
-  return kFiles;
+  return apps::runProgram("ssfr_benchmark", argc, argv, run);
 }

@@ -2,7 +2,7 @@
 // Copyright (c) 2026, pcl_ssfr contributors
 
 #include <apps/io/io_error.h>
-#include <apps/usage_error.h>
+#include <apps/program_main.h>
 #include <apps/view/view_model.h>
 #include <apps/view/view_options.h>
 #include <apps/view/view_pictures.h>
@@ -14,7 +14,6 @@
 #include <pcl/console/print.h>
 
 #include <cstdlib>
-#include <exception>
 #include <filesystem>
 #include <iostream>
 
@@ -23,7 +22,7 @@ namespace {
 using namespace pcl_ssfr;
 
 /// Exit codes that scripts rely on.
-enum ExitCode { kDone = 0, kUsage = 2, kFiles = 3 };
+enum ExitCode { kDone = 0 };
 
 /// Find out before any work whether what is asked for can be shown.
 void
@@ -73,18 +72,5 @@ int
 main(int argc, char** argv)
 {
   pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS); // errors are ours to tell
-  try {
-    return run({argv + 1, argv + argc});
-  }
-  catch (const apps::UsageError& error) {
-    std::cerr << "ssfr_view: " << error.what() << "; see ssfr_view --help\n";
-    return kUsage;
-  }
-  catch (const std::bad_alloc&) {
-    std::cerr << "ssfr_view: out of memory\n";
-  }
-  catch (const std::exception& error) {
-    std::cerr << "ssfr_view: " << error.what() << '\n';
-  }
-  return kFiles;
+  return apps::runProgram("ssfr_view", argc, argv, run);
 }

@@ -139,6 +139,18 @@ public:
     return value.get<std::string>();
   }
   /// A number; null is NaN, or \p fallback when the key is missing and that is given.
+  Eigen::Vector3d
+  vector(const Json& object, const std::string& key) const
+  {
+    const Json& values = at(object, key);
+    Eigen::Vector3d v;
+    for (std::size_t i = 0; i < 3; ++i) {
+      if (!values.is_array() || values.size() != 3 || !values[i].is_number())
+        throw wrong(key, "is not three numbers");
+      v[static_cast<Eigen::Index>(i)] = values[i].get<double>();
+    }
+    return v;
+  }
   double
   number(const Json& object, const std::string& key, std::optional<double> fallback = std::nullopt) const
   {
@@ -227,16 +239,17 @@ resultFromJson(const JsonFile& file)
       UnobservableDirection open;
       open.rotation = file.text(entry, "kind") == "rotation";
       open.strength = file.number(entry, "strength", 0);
-      const Json& direction = file.at(entry, "direction");
-      for (std::size_t i = 0; i < 3; ++i) {
-        if (!direction.is_array() || direction.size() != 3 || !direction[i].is_number())
-          throw file.wrong("direction", "is not three numbers");
-        open.direction[static_cast<Eigen::Index>(i)] = direction[i].get<double>();
-      }
+      open.direction = file.vector(entry, "direction");
       result.unobservable.push_back(open);
     }
-  result.source_viewpoint_used = root.contains("source_viewpoint_used") && root["source_viewpoint_used"] == true;
-  result.target_viewpoint_used = root.contains("target_viewpoint_used") && root["target_viewpoint_used"] == true;
+  const auto readSensor = [&](const std::string& scan, bool& used, bool& found, Eigen::Vector3d& place) {
+    used = root.value(scan + "_viewpoint_used", Json()) == true;
+    found = root.value(scan + "_viewpoint_found", Json()) == true;
+    if (used && file.has(scan + "_viewpoint_m"))
+      place = file.vector(root, scan + "_viewpoint_m");
+  };
+  readSensor("source", result.source_viewpoint_used, result.source_viewpoint_found, result.source_viewpoint);
+  readSensor("target", result.target_viewpoint_used, result.target_viewpoint_found, result.target_viewpoint);
   return result;
 }
 

@@ -63,12 +63,7 @@ describeFacts(const ViewModel& model)
                               model.run().bound.rotation_deg,
                               model.run().bound.translation_m));
   if (report.run.judged)
-    facts.emplace_back(result.source_viewpoint_used && result.target_viewpoint_used
-                           ? "Both sensors are taken to be where the files say: free space was used."
-                       : result.source_viewpoint_used ? "Only the source's sensor is taken to be where its file says."
-                       : result.target_viewpoint_used
-                           ? "Only the target's sensor is taken to be where its file says."
-                           : "The sensors' places are not believed: free space was not used.");
+    facts.push_back("Sensor: " + describeSensors(result) + ".");
   for (const UnobservableDirection& open : result.unobservable)
     facts.push_back(formatted("Hardly determined: the %s (%.2f, %.2f, %.2f) of the target, with %.2f %% of the "
                               "information of the best direction.",
