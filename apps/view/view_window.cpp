@@ -144,7 +144,7 @@ private:
   {
     if (!event.keyDown())
       return;
-    const std::string key = event.getKeySym();
+    const std::string& key = event.getKeySym();
     const std::size_t candidates = model_.poses().size() - (model_.truth() ? 1 : 0);
     if (key == "b") {
       before_ = !before_;
