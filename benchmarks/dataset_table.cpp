@@ -9,6 +9,8 @@
 
 #include <pcl_ssfr/pipeline.h>
 
+#include <pcl_ssfr/patch_profile.h>
+
 #include <pcl/features/normal_3d_omp.h>
 #include <pcl/point_types.h>
 #include <pcl/registration/icp.h>
@@ -51,6 +53,7 @@ struct Settings {
   bool verbose = false;
   bool failed = false;   ///< a line for each pair that was not solved
   bool features = false; ///< a line a candidate with its evidence, for scripts/fit_confidence
+  bool why = false;      ///< a line for each pair that is not solved: where the truth was lost
   std::vector<std::size_t> only;
   bool unrelated = false; ///< pair each source with a target of the next folder: every answer is wrong
   fs::path target_folder; ///< of the targets, when unrelated
@@ -64,6 +67,7 @@ struct Outcome {
   int truth_rank = -1;          // place of the first right candidate
   bool success = false;
   std::vector<bool> right_candidates;
+  std::string why; ///< where the truth was lost
 };
 
 Cloud::Ptr
@@ -134,16 +138,82 @@ runIcp(const Cloud::Ptr& source, const Cloud::Ptr& target, unsigned threads)
   return result;
 }
 
+pcl_ssfr::Options
+makeMethodOptions(const Settings& settings)
+{
+  using namespace pcl_ssfr;
+  Options options = makeOptions(settings.method == "ssfr_paper2017" ? Profile::Paper2017 : Profile::Default);
+  options.threads = settings.threads;
+  return options;
+}
+
 pcl_ssfr::Result
 runMethod(const Cloud::Ptr& source, const Cloud::Ptr& target, const Settings& settings)
 {
   using namespace pcl_ssfr;
   if (settings.method == "icp_point_to_plane")
     return runIcp(source, target, settings.threads);
-  Options options = makeOptions(settings.method == "ssfr_paper2017" ? Profile::Paper2017 : Profile::Default);
-  options.threads = settings.threads;
+  const Options options = makeMethodOptions(settings);
   const auto [s, t] = prepareScans(viewOf(*source), viewOf(*target), options);
   return registerScans(s, t, options);
+}
+
+/// Where the default profile loses the truth of a pair, and how the truth would have been judged: one line.
+std::string
+whyLost(const Cloud& source, const Cloud& target, const Eigen::Isometry3d& truth, const Settings& settings)
+{
+  using namespace pcl_ssfr;
+  constexpr double kNearRotation = 4;      // [deg] from there the refinement finds the truth
+  constexpr double kNearTranslation = 0.6; // [m]
+  const Options options = makeMethodOptions(settings);
+  const PatchScan s = preparePatchScan(viewOf(source), options);
+  const PatchScan t = preparePatchScan(viewOf(target), options);
+  const Candidate judged = judgePose(s, t, truth, options, false);
+  const Candidate refined = judgePose(s, t, truth, options, true);
+  const Eigen::Isometry3d inner = Eigen::Translation3d(-t.origin) * truth * Eigen::Translation3d(s.origin);
+  std::string where = "no search";
+  std::size_t effort = 0;
+  for (const PatchSearch& search : repeatSearch(s, t, options)) {
+    double nearest = 180;
+    for (const RotationCandidate& r : search.rotations)
+      nearest = std::min(nearest, Eigen::AngleAxisd(r.R_target_source.transpose() * inner.linear()).angle() * kDegrees);
+    std::size_t rank = 0;
+    while (rank < search.poses.size()) {
+      const Eigen::Isometry3d& T = search.poses[rank].T_target_source;
+      const double metres = (T * s.viewpoint - inner * s.viewpoint).norm();
+      if (Eigen::AngleAxisd(T.linear().transpose() * inner.linear()).angle() * kDegrees < kNearRotation &&
+          metres < kNearTranslation)
+        break;
+      ++rank;
+    }
+    char text[160];
+    std::snprintf(text,
+                  sizeof(text),
+                  "%s%s (%.1f deg, pose %zu of %zu, %zu refined)",
+                  effort++ == 0 ? "" : "; ",
+                  nearest > kNearRotation       ? "rotation"
+                  : rank == search.poses.size() ? "shift"
+                  : rank >= search.refined      ? "cut"
+                                                : "selection",
+                  nearest,
+                  rank,
+                  search.poses.size(),
+                  search.refined);
+    where = effort == 1 ? text : where + text;
+  }
+  char text[240];
+  std::snprintf(text,
+                sizeof(text),
+                " the truth: [%.3f %.3f %.4f %.4f], refined [%.3f %.3f %.4f %.4f]",
+                judged.score,
+                judged.overlap,
+                judged.contradiction,
+                judged.evidence.unmatched,
+                refined.score,
+                refined.overlap,
+                refined.contradiction,
+                refined.evidence.unmatched);
+  return where + text;
 }
 
 void
@@ -208,6 +278,8 @@ runPair(const fs::path& folder, const std::vector<Pair>& pairs, std::size_t numb
     if (outcome.right_candidates.back() && outcome.truth_rank < 0)
       outcome.truth_rank = static_cast<int>(k);
   }
+  if (settings.why && !outcome.success && !settings.unrelated)
+    outcome.why = whyLost(*source, *target, truth, settings);
   return outcome;
 }
 
@@ -408,6 +480,8 @@ run(const std::vector<std::string>& folders, Settings settings)
           for (std::size_t k = 0; k < std::min<std::size_t>(c.size(), 4); ++k)
             std::printf(" [%.3f %.3f %.4f]", c[k].score, c[k].overlap, c[k].contradiction);
           std::printf(" %.3f s\n", o.seconds);
+          if (!o.why.empty())
+            std::printf("  lost: %s\n", o.why.c_str());
         }
       }
     }
@@ -452,6 +526,7 @@ main(int argc, char** argv)
        "targets from the next folder: whatever is reported converged is wrong")
       ("verbose", po::bool_switch(&settings.verbose), "a line a pair")
       ("failed", po::bool_switch(&settings.failed), "a line for each pair that is not solved")
+      ("why", po::bool_switch(&settings.why), "with --failed or --verbose: where the truth was lost, and its evidence")
       ("features", po::bool_switch(&settings.features),
        "a line a candidate with its evidence, for scripts/fit_confidence")
       ("dataset", po::value(&folders), "folders");
