@@ -47,6 +47,25 @@ parseGravity(const std::string& text)
   return up.normalized();
 }
 
+GuessTolerance
+parseGuessTolerance(const std::string& text)
+{
+  constexpr double kDegree = 3.14159265358979323846 / 180;
+  const std::string option = "--guess-tolerance: " + io::inQuotes(text);
+  std::vector<double> values;
+  for (const auto token : io::splitTokens(text)) {
+    const auto value = io::parseNumber(token);
+    if (!value)
+      throw UsageError("--guess-tolerance: " + io::inQuotes(token) + " is not a number");
+    values.push_back(*value);
+  }
+  if (values.size() != 2)
+    throw UsageError(option + " is not DEG,M");
+  if (!(values[0] > 0 && values[0] <= 180 && values[1] > 0 && std::isfinite(values[1])))
+    throw UsageError(option + ": the angle must be in (0, 180] degrees, the distance greater than 0");
+  return {values[0] * kDegree, values[1]};
+}
+
 ViewpointMode
 parseViewpoint(const std::string& text)
 {
@@ -98,6 +117,8 @@ chooseOptions(const po::variables_map& values, Profile profile)
     gravity.up_source = gravity.up_target = parseGravity(values["gravity"].as<std::string>());
     options.gravity = gravity;
   }
+  if (values.count("guess-tolerance"))
+    options.guess_tolerance = parseGuessTolerance(values["guess-tolerance"].as<std::string>());
   if (values.count("refine") && values.count("no-refine"))
     throw UsageError("--refine contradicts --no-refine");
   if (values.count("refine"))
@@ -133,6 +154,10 @@ addMethodOptions(po::options_description& all)
       "guess",
       po::value<std::string>()->value_name("FILE"),
       "4x4 text: a pose to judge as one more candidate (ssfr), or to start from (icp, gicp, ndt)")(
+      "guess-tolerance",
+      po::value<std::string>()->value_name("DEG,M"),
+      "how good the guess is (ssfr): only poses that turn and shift the sensor by at most this from it are considered; "
+      "surer and faster (default: the guess is one candidate among all)")(
       "viewpoint",
       po::value<std::string>()->value_name("MODE")->default_value("auto"),
       "auto: decide from the points whether the sensor is at the origin (or at the place that the file gives), and "
@@ -188,6 +213,12 @@ readMethodOptions(const po::variables_map& values)
   if (!findMethod(result.method))
     throw UsageError("--method: " + io::inQuotes(result.method) + " is not one of " + methodNames());
   const Profile profile = chooseProfile(values, result.method);
+  if (values.count("guess-tolerance")) {
+    if (!values.count("guess"))
+      throw UsageError("--guess-tolerance needs --guess");
+    if (profile != Profile::Default || result.method.rfind(kDefaultMethod, 0) != 0)
+      throw UsageError("--guess-tolerance is not read by --method " + result.method);
+  }
   result.options = chooseOptions(values, profile);
   return result;
 }

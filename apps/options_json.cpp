@@ -100,6 +100,10 @@ optionsJson(const Options& options)
     json["gravity"] = {{"up_source", vectorJson(options.gravity->up_source)},
                        {"up_target", vectorJson(options.gravity->up_target)},
                        {"tolerance_rad", options.gravity->tolerance}};
+  json["guess_tolerance"] = nullptr;
+  if (options.guess_tolerance)
+    json["guess_tolerance"] = {{"rotation_rad", options.guess_tolerance->rotation},
+                               {"translation_m", options.guess_tolerance->translation}};
   json["threads"] = options.threads;
   return json;
 }
@@ -139,6 +143,13 @@ optionsFromJson(const Json& json)
     if (given.contains("tolerance_rad"))
       gravity.tolerance = numberFromJson(given["tolerance_rad"], "gravity.tolerance_rad");
     options.gravity = gravity;
+  }
+  if (has("guess_tolerance")) {
+    const Json& given = json["guess_tolerance"];
+    if (!given.is_object() || !given.contains("rotation_rad") || !given.contains("translation_m"))
+      throw std::invalid_argument("\"guess_tolerance\" has no rotation_rad and translation_m");
+    options.guess_tolerance = GuessTolerance{numberFromJson(given["rotation_rad"], "guess_tolerance.rotation_rad"),
+                                             numberFromJson(given["translation_m"], "guess_tolerance.translation_m")};
   }
   validate(options);
   return options;

@@ -222,6 +222,10 @@ validate(const Options& options)
     requireUnit("gravity.up_target", options.gravity->up_target);
     requireAngle("gravity.tolerance", options.gravity->tolerance);
   }
+  if (options.guess_tolerance) {
+    requireAngle("guess_tolerance.rotation", options.guess_tolerance->rotation);
+    requirePositive("guess_tolerance.translation", options.guess_tolerance->translation);
+  }
   requireAtLeast("max_candidates", options.max_candidates, 1);
   requireShare("min_confidence", options.min_confidence);
   validatePatches(options.patches);

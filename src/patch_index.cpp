@@ -99,6 +99,7 @@ PatchIndex::PatchIndex(const PlanarPatches& patches, double voxel, std::size_t m
     plane.major = patches.majors.col(i).cast<float>();
     plane.half_major = static_cast<float>(patches.samples.extents[i]);
     plane.half_minor = static_cast<float>(patches.half_minors[i]);
+    plane.inverse_count = 1.f / static_cast<float>(std::max(patches.counts[static_cast<std::size_t>(i)], 1u));
   }
   const double margin = voxel + patches.samples.extents.maxCoeff();
   low.array() -= margin;

@@ -11,16 +11,21 @@
 #include <Eigen/Eigenvalues>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <cstdio>
+#include <functional>
 #include <limits>
+#include <optional>
 #include <string>
 #include <thread>
 
 namespace pcl_ssfr {
 
 namespace {
+
+constexpr double kPi = 3.14159265358979323846;
 
 // Lengths at scale 1 [m]; the scale of the scene multiplies them.
 constexpr double kLeaf = 0.025;           // finest patches have an edge of 8, the coarsest of 64 leaves
@@ -64,6 +69,8 @@ constexpr std::size_t kViewpointPoints = 40000; // drawn to look for the sensor 
 constexpr std::size_t kMinPointsPerCell = 12;   // in the coarsest cell of a typical point; else the scale is doubled
 constexpr int kMaxCoarsenings = 6;
 constexpr int kCoarsePatches = 600; // drawn for the coarse refinement
+constexpr double kRoundShare = 0.3; // of the surface that faces across an axis for the scene to be round about it ...
+constexpr double kRoundFullShare = 0.6; // ... and of that, so much at most in the fullest third of all directions
 constexpr int kPolishPointsAPatch = 4;
 constexpr int kPolishSplit = 100; // patches of more thinned points are split for the polish
 constexpr int kPolishMinPoints = 8;
@@ -199,6 +206,35 @@ keepsVertical(const Eigen::Matrix3d& R_target_source, const GravityPrior& gravit
   return std::atan2(up.cross(gravity.up_target).norm(), up.dot(gravity.up_target)) <= tolerance;
 }
 
+/// Whether surface faces all ways around \p axis: then its main normals across the axis are arbitrary.
+bool
+isRoundAbout(const OrientedSamples& samples, const Eigen::Vector3d& axis)
+{
+  constexpr int kBins = 36;
+  constexpr int kFullBins = 12; // that hold nearly all of a scene of planes
+  constexpr double kMaxSlope = 0.3;
+  const Eigen::Vector3d x = axis.unitOrthogonal();
+  const Eigen::Vector3d y = axis.cross(x);
+  std::array<double, kBins> around{};
+  double total = 0;
+  for (Eigen::Index i = 0; i < samples.size(); ++i) {
+    total += samples.weights[i];
+    const Eigen::Vector3d n = samples.normals.col(i);
+    if (std::abs(n.dot(axis)) > kMaxSlope)
+      continue;
+    const double turn = std::atan2(n.dot(y), n.dot(x)) / (2 * kPi) + 0.5;
+    around[static_cast<std::size_t>(turn * kBins) % kBins] += samples.weights[i];
+  }
+  double across = 0;
+  for (const double a : around)
+    across += a;
+  std::sort(around.begin(), around.end(), std::greater<>());
+  double full = 0;
+  for (int k = 0; k < kFullBins; ++k)
+    full += around[static_cast<std::size_t>(k)];
+  return across > kRoundShare * total && full < kRoundFullShare * across;
+}
+
 bool
 isSamePose(
     const Eigen::Isometry3d& a, const Eigen::Isometry3d& b, const Eigen::Vector3d& place, double angle, double distance)
@@ -243,6 +279,8 @@ public:
   Result
   run(const Eigen::Isometry3d* guess)
   {
+    if (guess && options_.guess_tolerance)
+      prior_ = toInner(*guess);
     result_.source_viewpoint_used = source_.viewpoint_used;
     result_.target_viewpoint_used = target_.viewpoint_used;
     result_.source_viewpoint_found = source_.viewpoint_found;
@@ -292,6 +330,8 @@ public:
   searches()
   {
     std::vector<PatchSearch> all;
+    if (!checkScans())
+      return all;
     for (const Effort& effort : kEfforts) {
       PatchSearch search;
       search.options = searchOptions(effort);
@@ -340,7 +380,10 @@ private:
   std::string
   nothingFound() const
   {
-    return std::string("no ") + (options_.gravity ? "pose that keeps the given vertical" : "translation") +
+    return std::string("no ") +
+           (prior_             ? "pose within the tolerance of the guess"
+            : options_.gravity ? "pose that keeps the given vertical"
+                               : "translation") +
            " lays surfaces of the scans on each other";
   }
 
@@ -366,13 +409,26 @@ private:
       const bool pair = std::any_of(normals.begin(), normals.end(), [&](const MainNormal& m) {
         return std::abs(m.direction.dot(normals.front().direction)) < RotationOptions{}.max_abs_cos;
       });
-      if (!pair) {
-        fail(Status::TooFewDirections,
-             name + " has planes in fewer than two directions: its rotation cannot be observed");
+      if (!pair && few_directions_.empty())
+        few_directions_ = name + " has planes in fewer than two directions";
+      if (normals.empty() && !prior_) {
+        fail(Status::TooFewDirections, name + " has no planes: its rotation cannot be observed");
         return false;
       }
     }
     return true;
+  }
+
+  /// Directions about which the rotation is swept: where main normals tell only one direction, and where surfaces face
+  /// all ways around one, so that their main normals are arbitrary.
+  std::vector<Eigen::Vector3d>
+  sweepAxes(const std::vector<MainNormal>& normals, const PatchScan& scan) const
+  {
+    std::vector<Eigen::Vector3d> axes;
+    for (std::size_t k = 0; k < std::min(normals.size(), kSweepAxes); ++k)
+      if (!few_directions_.empty() || isRoundAbout(scan.patches.samples, normals[k].direction))
+        axes.push_back(normals[k].direction);
+    return axes;
   }
 
   VisibilityOptions
@@ -449,6 +505,15 @@ private:
             : 0;
   }
 
+  /// Whether a rotation agrees with the gravity prior, where there is one, within its tolerance and at least \p least
+  /// [rad].
+  bool
+  keepsGivenVertical(const Eigen::Matrix3d& R_target_source, double least) const
+  {
+    return !options_.gravity ||
+           keepsVertical(R_target_source, *options_.gravity, std::max(options_.gravity->tolerance, least));
+  }
+
   /// METHOD stages 6 to 8, merged and ranked (METHOD point 3).
   std::vector<RotationCandidate>
   proposeRotations(const Effort& effort)
@@ -458,18 +523,20 @@ private:
     rotation.merge_angle = kPairAngle;
     rotation.refit_angle = kRefitAngle;
     std::vector<RotationCandidate> rotations = pcl_ssfr::proposeRotations(source_normals_, target_normals_, rotation);
-    if (options_.gravity) {
-      const GravityPrior& gravity = *options_.gravity;
-      rotations.erase(std::remove_if(rotations.begin(),
-                                     rotations.end(),
-                                     [&](const RotationCandidate& r) {
-                                       return !keepsVertical(
-                                           r.R_target_source, gravity, std::max(gravity.tolerance, kRefitAngle));
-                                     }),
-                      rotations.end());
-    }
+    const auto contradicts_priors = [&](const RotationCandidate& r) {
+      return !keepsGivenVertical(r.R_target_source, kRefitAngle) || !isNearGuess(r.R_target_source, kRefitAngle);
+    };
+    rotations.erase(std::remove_if(rotations.begin(), rotations.end(), contradicts_priors), rotations.end());
     const std::size_t all = rotations.size();
     rotations.resize(std::min(all, effort.rotations));
+    for (const RotationCandidate& r :
+         sweepRotations(sweepAxes(source_normals_, source_), sweepAxes(target_normals_, target_), kSweepSteps))
+      if (!contradicts_priors(r))
+        rotations.push_back(r);
+    if (prior_) {
+      rotations.emplace_back();
+      rotations.back().R_target_source = prior_->linear();
+    }
     report("rotations", all, rotations.size());
     return rotations;
   }
@@ -499,15 +566,21 @@ private:
 #pragma omp parallel for schedule(dynamic, 1) num_threads(threads_)
     for (std::int64_t i = 0; i < n; ++i) {
       const auto u = static_cast<std::size_t>(i);
-      if (!outOfTime())
-        found[u] = searchTranslations(source_.patches.samples,
-                                      source_.votes,
-                                      target_.patches.samples,
-                                      target_normals_,
-                                      target_.index,
-                                      freeSpace(target_),
-                                      rotations[u].R_target_source,
-                                      search);
+      if (outOfTime())
+        continue;
+      const Eigen::Matrix3d& R = rotations[u].R_target_source;
+      PoseSearchOptions near = search;
+      if (prior_)
+        near.window = ShiftWindow{*prior_ * source_.viewpoint - R * source_.viewpoint,
+                                  options_.guess_tolerance->translation + search.peak_separation};
+      found[u] = searchTranslations(source_.patches.samples,
+                                    source_.votes,
+                                    target_.patches.samples,
+                                    target_normals_,
+                                    target_.index,
+                                    freeSpace(target_),
+                                    R,
+                                    near);
     }
     std::vector<PoseHypothesis> poses;
     for (const std::vector<PoseHypothesis>& some : found)
@@ -566,6 +639,31 @@ private:
                 poses.end());
   }
 
+  /// Whether a rotation is within the tolerance of the guess, where one was given, widened by \p margin [rad].
+  bool
+  isNearGuess(const Eigen::Matrix3d& R_target_source, double margin) const
+  {
+    return !prior_ || Eigen::AngleAxisd(prior_->linear().transpose() * R_target_source).angle() <=
+                          options_.guess_tolerance->rotation + margin;
+  }
+
+  /// Drop the poses outside of the tolerance of the guess, widened by some margins [rad], [m].
+  void
+  dropFarFromGuess(std::vector<JudgedPose>& poses, double angle_margin, double margin) const
+  {
+    if (!prior_)
+      return;
+    const double reach = options_.guess_tolerance->translation + margin;
+    poses.erase(std::remove_if(poses.begin(),
+                               poses.end(),
+                               [&](const JudgedPose& pose) {
+                                 const Eigen::Isometry3d& T = pose.T_target_source;
+                                 return !isNearGuess(T.linear(), angle_margin) ||
+                                        (T * source_.viewpoint - *prior_ * source_.viewpoint).norm() > reach;
+                               }),
+                poses.end());
+  }
+
   std::vector<JudgedPose>
   refineCoarsely(const std::vector<PoseHypothesis>& hypotheses, const Eigen::Isometry3d* guess, const Effort& effort)
   {
@@ -591,7 +689,13 @@ private:
         poses.end());
     if (options_.gravity) // what comes in is not yet exact
       dropTilted(poses, std::max(options_.gravity->tolerance, kRefitAngle));
-    std::vector<JudgedPose> distinct = keepDistinct(std::move(poses), effort.distinct);
+    dropFarFromGuess(poses, kRefitAngle, kDistinctDistance * scale_);
+    const auto kept_guess = std::find_if(poses.begin(), poses.end(), [](const JudgedPose& p) { return p.from_guess; });
+    std::vector<JudgedPose> distinct = keepDistinct(poses, effort.distinct);
+    // Whether the guess is right is for the finer stages to say.
+    if (kept_guess != poses.end() &&
+        std::none_of(distinct.begin(), distinct.end(), [](const JudgedPose& p) { return p.from_guess; }))
+      distinct.push_back(*kept_guess);
     report("coarse refinement", hypotheses.size(), distinct.size());
     return distinct;
   }
@@ -610,12 +714,18 @@ private:
   {
     const std::size_t before = poses.size();
     forEachPose(poses, [&](JudgedPose& pose) {
-      if (options_.refine && !outOfTime())
-        refineOnPatches(pose);
       judgeFinely(pose);
+      if (!options_.refine || outOfTime())
+        return;
+      JudgedPose refined = pose;
+      refineOnPatches(refined);
+      judgeFinely(refined);
+      if (isNoWorse(refined, pose))
+        pose = refined;
     });
     if (options_.gravity)
       dropTilted(poses, options_.gravity->tolerance + kGravityMargin);
+    dropFarFromGuess(poses, kGravityMargin, 0);
     poses = keepDistinct(std::move(poses), before);
     report("fine refinement", before, poses.size());
   }
@@ -695,15 +805,27 @@ private:
     if (options_.refine && !outOfTime()) {
       Refinement refined = run();
       if (isPolished(pose.T_target_source, refined.T_target_source)) {
-        pose.T_target_source = refined.T_target_source;
-        judgeFinely(pose);
-        return refined;
+        JudgedPose polished = pose;
+        polished.T_target_source = refined.T_target_source;
+        judgeFinely(polished);
+        if (isNoWorse(polished, pose)) {
+          pose = polished;
+          return refined;
+        }
       }
     }
     // What is told of the pose must be told of the one that is returned.
     options.steps = 1;
     options.match.distance = static_cast<float>(options.final_distance);
     return run();
+  }
+
+  /// Whether a refined pose explains the scans about as well as the one it comes from, or better: a refinement may be
+  /// drawn away by what moved, or by patches of few points.
+  static bool
+  isNoWorse(const JudgedPose& refined, const JudgedPose& before)
+  {
+    return refined.score >= std::min(kKeptScore * before.score, before.score);
   }
 
   /// Whether the polish did not walk away from the pose that it was given.
@@ -776,6 +898,16 @@ private:
 
   void
   decide(std::size_t equals)
+  {
+    decideOnEvidence(equals);
+    // Nothing but the things on the plane could have told.
+    if (!few_directions_.empty() && !result_.accepted())
+      fail(Status::TooFewDirections,
+           few_directions_ + ", and what is no plane does not tell its rotation: " + result_.message);
+  }
+
+  void
+  decideOnEvidence(std::size_t equals)
   {
     const Candidate& best = result_.candidates.front();
     if (best.overlap < kHopelessOverlap && result_.confidence < options_.min_confidence) {
@@ -858,6 +990,10 @@ private:
         100 * best.overlap);
   }
 
+  static constexpr double kKeptScore =
+      0.9; // share of the score that a refinement, which makes the pose more exact, may cost
+  static constexpr std::size_t kSweepAxes = 2;
+  static constexpr int kSweepSteps = 80;        // 4.5 degrees: half of it is well within reach of the refinement
   static constexpr double kPolishLateral = 0.1; // [m] at scale 1
   static constexpr double kSameSensor = 0.1;    // [m] at scale 1
   static constexpr double kSensorOnSensorRatio =
@@ -877,6 +1013,8 @@ private:
   bool either_side_;
   int threads_;
   std::vector<MainNormal> source_normals_, target_normals_;
+  std::optional<Eigen::Isometry3d> prior_; ///< the guess between the inner frames, where its tolerance is given
+  std::string few_directions_;             ///< which scan has planes in fewer than two directions; empty: none
   bool guess_decides_ = false;
   Refinement polish_;
   StageClock clock_;

@@ -78,13 +78,35 @@ axisHistogram(const OrientedSamples& samples,
   return smoothHistogram(h, 1);
 }
 
-/// Peaks of the correlation along an axis, at most \p count; the shift 0 where there is none.
-std::vector<ShiftPeak>
-axisPeaks(const AxisCorrelation& along, int count, const PoseSearchOptions& options)
+/// The part of a correlation whose shifts are within \p radius of \p centre [m].
+Correlation
+within(const Correlation& all, double centre, double radius)
 {
-  std::vector<ShiftPeak> peaks = findPeaks(along.sum, searchPeakOptions(options, count));
-  if (peaks.empty())
+  const auto bin = [&](double shift) {
+    return static_cast<Eigen::Index>(
+        std::clamp(std::round((shift - all.first_shift) / all.bin_width), 0.0, static_cast<double>(all.values.size())));
+  };
+  const Eigen::Index first = bin(centre - radius);
+  const Eigen::Index end = bin(centre + radius + all.bin_width);
+  Correlation part = all;
+  part.first_shift += static_cast<double>(first) * all.bin_width;
+  part.values = all.values.segment(first, end - first).eval();
+  return part;
+}
+
+/// Peaks of the correlation along an axis, at most \p count; where there is none the middle of the window, or 0.
+std::vector<ShiftPeak>
+axisPeaks(const AxisCorrelation& along, const Eigen::Vector3d& axis, int count, const PoseSearchOptions& options)
+{
+  const std::optional<ShiftWindow>& window = options.window;
+  std::vector<ShiftPeak> peaks =
+      findPeaks(window ? within(along.sum, window->centre.dot(axis), window->radius) : along.sum,
+                searchPeakOptions(options, count));
+  if (peaks.empty()) {
     peaks.push_back({});
+    if (window)
+      peaks.back().shift = window->centre.dot(axis);
+  }
   return peaks;
 }
 
@@ -306,8 +328,10 @@ searchTranslations(const OrientedSamples& source,
     return {};
   const Eigen::Matrix3d axes = chooseSearchAxes(source, target, target_main_normals, R, options.parallel_cos);
   const auto peaks = [&](int axis, int count) {
-    return axisPeaks(
-        correlateAlongAxis(source, target, R.transpose() * axes.col(axis), axes.col(axis), options), count, options);
+    return axisPeaks(correlateAlongAxis(source, target, R.transpose() * axes.col(axis), axes.col(axis), options),
+                     axes.col(axis),
+                     count,
+                     options);
   };
   const std::vector<ShiftPeak> first = peaks(0, options.peaks_first);
   const std::vector<ShiftPeak> second = peaks(1, options.peaks_second);
@@ -315,9 +339,14 @@ searchTranslations(const OrientedSamples& source,
   const auto [source_low, source_high] = centralInterval(source, R.transpose() * axes.col(2));
   const auto [target_low, target_high] = centralInterval(target, axes.col(2));
   const double shared = kMinSharedLength * std::min(source_high - source_low, target_high - target_low);
-  const double shift_low = target_low - source_high + shared;
-  const int shifts =
-      std::max(1, static_cast<int>(std::ceil((target_high - source_low - shared - shift_low) / options.step)));
+  double shift_low = target_low - source_high + shared;
+  double shift_high = target_high - source_low - shared;
+  if (options.window) {
+    const double centre = options.window->centre.dot(axes.col(2));
+    shift_low = std::max(shift_low, centre - options.window->radius);
+    shift_high = std::min(shift_high, centre + options.window->radius);
+  }
+  const int shifts = std::max(1, static_cast<int>(std::ceil((shift_high - shift_low) / options.step)));
 
   const Ballot ballot(votes, target_index, target_image, R, options.visibility);
   std::vector<PoseHypothesis> found;

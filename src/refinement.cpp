@@ -184,7 +184,12 @@ refinePatches(const PlanarPatches& source,
                     const double r = (p - target.centroid(match).cast<double>()).dot(n);
                     const Eigen::Matrix3d spread =
                         T.linear() * source.covariance[static_cast<std::size_t>(i)] * T.linear().transpose();
-                    equations.add(p - c, n, r, source.samples.weights[i] * robustWeight(r, scale), &spread);
+                    equations.add(p - c,
+                                  n,
+                                  r,
+                                  source.samples.weights[i] * robustWeight(r, scale) /
+                                      target.distanceVariance(match, p.cast<float>()),
+                                  &spread);
                   }
                 });
 }
@@ -240,7 +245,8 @@ refineMutual(const SurfacePoints& source,
             return;
           const Eigen::Vector3d n = target_planes.normal(match).cast<double>();
           const double r = (p - target_planes.centroid(match).cast<double>()).dot(n);
-          sum.add(p - c, n, r, robustWeight(r, scale), nullptr);
+          sum.add(
+              p - c, n, r, robustWeight(r, scale) / target_planes.distanceVariance(match, p.cast<float>()), nullptr);
         });
         // The other way round it is the plane that moves: its distance to a fixed point shrinks along its
         // normal.
@@ -254,7 +260,8 @@ refineMutual(const SurfacePoints& source,
             return;
           const Eigen::Vector3d n = T.linear() * source_planes.normal(match).cast<double>();
           const double r = (T * source_planes.centroid(match).cast<double>() - q).dot(n);
-          sum.add(q - c, n, r, robustWeight(r, scale), nullptr);
+          sum.add(
+              q - c, n, r, robustWeight(r, scale) / source_planes.distanceVariance(match, p.cast<float>()), nullptr);
         });
       });
 }

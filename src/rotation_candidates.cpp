@@ -14,6 +14,8 @@ namespace pcl_ssfr {
 
 namespace {
 
+constexpr double kPi = 3.14159265358979323846;
+
 /// How often a merged rotation is matched and fitted again.
 constexpr int kRefitSteps = 2;
 
@@ -215,6 +217,28 @@ proposeRotations(const std::vector<MainNormal>& source,
     matcher.refit(candidate);
   sortBySupport(candidates);
   return keepDistinct(candidates, options.merge_angle); // fits of neighbours may have met
+}
+
+std::vector<RotationCandidate>
+sweepRotations(const std::vector<Eigen::Vector3d>& source_axes,
+               const std::vector<Eigen::Vector3d>& target_axes,
+               int steps)
+{
+  const double step = 2 * kPi / steps;
+  std::vector<RotationCandidate> sweep;
+  for (std::size_t i = 0; i < source_axes.size(); ++i)
+    for (std::size_t j = 0; j < target_axes.size(); ++j) {
+      const Eigen::Matrix3d onto =
+          Eigen::Quaterniond::FromTwoVectors(source_axes[i], target_axes[j]).toRotationMatrix();
+      for (int k = 0; k < steps; ++k) {
+        RotationCandidate candidate;
+        candidate.R_target_source = Eigen::AngleAxisd(k * step, target_axes[j]).toRotationMatrix() * onto;
+        candidate.source_pair = {{static_cast<int>(i), -1}};
+        candidate.target_pair = {{static_cast<int>(j), -1}};
+        sweep.push_back(candidate);
+      }
+    }
+  return keepDistinct(sweep, 0.5 * step);
 }
 
 } // namespace pcl_ssfr

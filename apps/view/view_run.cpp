@@ -43,6 +43,7 @@ methodOptionNames()
   static const std::vector<std::string> names{"method",
                                               "profile",
                                               "guess",
+                                              "guess-tolerance",
                                               "viewpoint",
                                               "gravity",
                                               "refine",

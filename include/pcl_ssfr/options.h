@@ -47,6 +47,12 @@ struct LcpOptions {
   double fine_range_bins = 1.5; ///< shifts are searched within so many coarse bins
 };
 
+/// How good the caller's guess is: only poses within it are considered.
+struct GuessTolerance {
+  double rotation = 0.1;  ///< angle between the rotations [rad], (0, pi]
+  double translation = 1; ///< distance between where the poses put the source's sensor [m], > 0
+};
+
 /** \brief Everything that can be set. The defaults need no change: a scale of 0 follows from the data.
  *
  * Build one by makeOptions(profile); change fields; the registration validates them.
@@ -67,9 +73,11 @@ struct Options {
                              ///< read by Paper2017
   double time_limit = 0;     ///< of registerScans(), without prepareScan() [s]; 0: none
   unsigned threads = 1;      ///< 0: all processors, at most kMaxThreads; the result never depends on it
-  std::optional<GravityPrior> gravity; ///< only poses that keep it are considered
-  int max_candidates = 10;             ///< distinct poses listed in the result, >= 1
-  double min_confidence = 0.6;         ///< accept an answer from this confidence on, [0, 1]; not read by Paper2017
+  std::optional<GravityPrior> gravity;           ///< only poses that keep it are considered
+  std::optional<GuessTolerance> guess_tolerance; ///< of the guess, when there is one; none: the guess is one candidate
+                                                 ///< among all; not read by Paper2017
+  int max_candidates = 10;                       ///< distinct poses listed in the result, >= 1
+  double min_confidence = 0.6; ///< accept an answer from this confidence on, [0, 1]; not read by Paper2017
 
   // Stages. Profile::Default reads only patches, and has the other stages' constants of its own; Profile::Paper2017
   // reads all but patches. The scales above, when they are set, go before the stages' own.

@@ -83,14 +83,29 @@ public:
     return planes_[static_cast<std::size_t>(i)].normal;
   }
 
+  /** \brief Variance of the distance of a place \p p on patch \p i to its plane, in units of the variance of one point
+   * across the plane: that of the point itself, and of a plane fitted to that many points, which grows away from its
+   * centroid.
+   */
+  float
+  distanceVariance(int i, const Eigen::Vector3f& p) const
+  {
+    const Plane& plane = planes_[static_cast<std::size_t>(i)];
+    const Eigen::Vector3f d = p - plane.centroid;
+    const float along = d.dot(plane.major) / plane.half_major;
+    const float beside = d.dot(plane.normal.cross(plane.major)) / plane.half_minor;
+    return 1 + plane.inverse_count * (1 + 3 * (along * along + beside * beside)); // half width^2 = 3 variances
+  }
+
 private:
   /// A patch as find() needs it, in one cache line.
   struct Plane {
     Eigen::Vector3f centroid;
     Eigen::Vector3f normal;
-    Eigen::Vector3f major; ///< unit, direction of the largest extent
-    float half_major = 0;  ///< [m]
-    float half_minor = 0;  ///< [m]
+    Eigen::Vector3f major;   ///< unit, direction of the largest extent
+    float half_major = 0;    ///< [m]
+    float half_minor = 0;    ///< [m]
+    float inverse_count = 0; ///< of its thinned points
   };
 
   std::int64_t

@@ -7,9 +7,16 @@
 #include <pcl_ssfr/translation.h>
 #include <pcl_ssfr/visibility_score.h>
 
+#include <optional>
 #include <vector>
 
 namespace pcl_ssfr {
+
+/// Translations that are looked at, where there is a prior.
+struct ShiftWindow {
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero(); ///< target frame [m]
+  double radius = 0;                                ///< along each axis of the search [m]
+};
 
 /// Options of the search for translations under a given rotation.
 struct PoseSearchOptions {
@@ -23,6 +30,7 @@ struct PoseSearchOptions {
   double contradiction_weight = 2; ///< a vote against counts so many votes for
   int keep = 24;                   ///< poses kept a rotation
   VisibilityOptions visibility;
+  std::optional<ShiftWindow> window; ///< none: every translation
 };
 
 /// A pose that deserves a closer look.

@@ -57,7 +57,8 @@ namespace pcl_ssfr {
  * it is wrong. By default (ViewpointMode::Auto) it is believed only when the points agree with it. setSourceViewpoint()
  * and setTargetViewpoint() give it explicitly; ViewpointMode::Unknown never believes it.
  *
- * **Guess.** Never needed and never harmful: a guess other than the identity is judged as one more candidate.
+ * **Guess.** Never needed and never harmful: a guess other than the identity is judged as one more candidate. With
+ * setGuessTolerance() it is a prior instead.
  *
  * **Cached work.** The target and the source are prepared once and kept until their setter (or setIndices(), or the
  * setter of an option that matters) is called again. A cloud edited in place must therefore be set again.
@@ -189,6 +190,16 @@ public:
   /// Forget the vertical.
   void
   clearGravity();
+  /** \brief Tell how good the guess of align() is, which may then be the identity too: only poses within the tolerance
+   * are considered, which is surer and faster.
+   * \param[in] rotation largest angle between the rotations [rad], (0, pi]
+   * \param[in] translation largest distance between the places of the source's sensor [m], > 0
+   */
+  void
+  setGuessTolerance(double rotation, double translation);
+  /// A guess is one candidate among all again.
+  void
+  clearGuessTolerance();
   /// Polish the answer by robust point-to-plane steps (on by default in Profile::Default).
   void
   setRefinement(bool refine);

@@ -318,6 +318,22 @@ StructuredSceneRegistration<PointSource, PointTarget, Scalar>::clearGravity()
 
 template <typename PointSource, typename PointTarget, typename Scalar>
 void
+StructuredSceneRegistration<PointSource, PointTarget, Scalar>::setGuessTolerance(double rotation, double translation)
+{
+  Options options = options_;
+  options.guess_tolerance = GuessTolerance{rotation, translation};
+  tryOptions("setGuessTolerance", options, false);
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
+void
+StructuredSceneRegistration<PointSource, PointTarget, Scalar>::clearGuessTolerance()
+{
+  options_.guess_tolerance.reset();
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
+void
 StructuredSceneRegistration<PointSource, PointTarget, Scalar>::setRefinement(bool refine)
 {
   refine_ = refine;
@@ -374,7 +390,7 @@ StructuredSceneRegistration<PointSource, PointTarget, Scalar>::computeTransforma
   // A guess that cannot be a pose is not judged; as with ICP it still is the answer of a failed run, if it is finite.
   std::optional<Eigen::Isometry3d> usable_guess;
   Matrix4 fallback = guess;
-  if (guess != Matrix4::Identity()) {
+  if (guess != Matrix4::Identity() || options_.guess_tolerance) {
     usable_guess = detail::rigidGuess(guess.template cast<double>());
     if (!usable_guess) {
       detail::reportWarning(getClassName(), "align", "the guess is not a rigid motion and is ignored");
