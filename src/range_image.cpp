@@ -130,15 +130,17 @@ struct Place {
   double score;
 };
 
-/// Walk along the axes while that raises \p score(place).
+/// Walk along the axes while that raises \p score(place), and until \p deadline.
 template <typename Score>
 void
-climb(Place& place, double step, double last, const Score& score)
+climb(Place& place, double step, double last, const Deadline& deadline, const Score& score)
 {
   place.score = score(place.position);
   while (step >= last) {
     bool risen = false;
     for (int k = 0; k < 6; ++k) {
+      if (deadline.hasPassed())
+        return;
       Place next = place;
       next.position[k / 2] += static_cast<float>(k % 2 ? step : -step);
       next.score = score(next.position);
@@ -201,7 +203,10 @@ twoDepthShare(const Eigen::Matrix3Xf& points, const Eigen::Vector3f& viewpoint, 
 }
 
 bool
-isPlausibleViewpoint(const Eigen::Matrix3Xf& points, const Eigen::Vector3f& viewpoint, double scale)
+isPlausibleViewpoint(const Eigen::Matrix3Xf& points,
+                     const Eigen::Vector3f& viewpoint,
+                     double scale,
+                     const Deadline& deadline)
 {
   if (points.cols() == 0)
     return false;
@@ -222,7 +227,7 @@ isPlausibleViewpoint(const Eigen::Matrix3Xf& points, const Eigen::Vector3f& view
   if (here > kMinMixedShare && finer > kMaxMixing * here)
     return false;
   double elsewhere = 0;
-  for (int k = 0; k < 6; ++k) {
+  for (int k = 0; k < 6 && !deadline.hasPassed(); ++k) {
     Eigen::Vector3f place = viewpoint;
     place[k / 2] += static_cast<float>((k % 2 ? 1 : -1) * kDisplacement * scale);
     elsewhere += twoDepthShare(points, place, kViewpointCell, margin) / 6;
@@ -236,7 +241,8 @@ findViewpoint(const Eigen::Matrix3Xf& points,
               const Eigen::Matrix3Xf& thinned,
               double scale,
               unsigned threads,
-              const Eigen::Vector3f* doubted)
+              const Eigen::Vector3f* doubted,
+              const Deadline& deadline)
 {
   if (points.cols() == 0 || thinned.cols() == 0)
     return std::nullopt;
@@ -250,14 +256,14 @@ findViewpoint(const Eigen::Matrix3Xf& points,
     middle.position[axis] = along[along.size() / 2];
   }
   const auto nearness = [&](const Eigen::Vector3f& place) { return -remoteness(coarse, place, margin); };
-  climb(middle, 4 * kPlaceStep * scale, kPlaceStep * scale, nearness);
+  climb(middle, 4 * kPlaceStep * scale, kPlaceStep * scale, deadline, nearness);
   // The box around the middle in which places are near enough to the returns.
   double step = kPlaceStep * scale;
   constexpr int kMaxSteps = 100;
   Eigen::Array3i low, high;
   for (int k = 0; k < 6; ++k) {
     int steps = 0;
-    for (Eigen::Vector3f place = middle.position; steps < kMaxSteps; ++steps) {
+    for (Eigen::Vector3f place = middle.position; steps < kMaxSteps && !deadline.hasPassed(); ++steps) {
       place[k / 2] += static_cast<float>(k % 2 ? step : -step);
       if (nearness(place) < middle.score - kMaxRemoteness)
         break;
@@ -278,8 +284,10 @@ findViewpoint(const Eigen::Matrix3Xf& points,
     const auto k = static_cast<int>(i);
     const Eigen::Array3i cell(k % dims.x(), k / dims.x() % dims.y(), k / dims.x() / dims.y());
     place.position = middle.position + static_cast<float>(step) * (low + cell).cast<float>().matrix();
-    place.score = placeScore(coarse, place.position, coarse_grid, margin);
+    place.score = deadline.hasPassed() ? 0 : placeScore(coarse, place.position, coarse_grid, margin);
   }
+  if (deadline.hasPassed())
+    return std::nullopt;
   std::stable_sort(places.begin(), places.end(), [](const Place& a, const Place& b) { return a.score > b.score; });
   std::vector<Place> best;
   for (const Place& place : places) {
@@ -298,7 +306,7 @@ findViewpoint(const Eigen::Matrix3Xf& points,
     const auto climbs = static_cast<std::int64_t>(best.size());
 #pragma omp parallel for schedule(dynamic, 1) num_threads(workers)
     for (std::int64_t i = 0; i < climbs; ++i)
-      climb(best[static_cast<std::size_t>(i)], first, last, [&](const Eigen::Vector3f& place) {
+      climb(best[static_cast<std::size_t>(i)], first, last, deadline, [&](const Eigen::Vector3f& place) {
         return placeScore(seen, place, grid, margin);
       });
     std::stable_sort(best.begin(), best.end(), [](const Place& a, const Place& b) { return a.score > b.score; });
@@ -307,6 +315,8 @@ findViewpoint(const Eigen::Matrix3Xf& points,
   best.resize(std::min(best.size(), kFineClimbs));
   const Eigen::Matrix3Xf fine = drawPoints(points, kFinePoints);
   climbAll(fine, kFineCell, kFirstFineStep * scale, kLastFineStep * scale);
+  if (deadline.hasPassed())
+    return std::nullopt;
   const Place& chosen = best.front();
   if (doubted && placeScore(fine, *doubted, DirectionGrid(kFineCell), margin) >= kDoubtedShare * chosen.score)
     return std::nullopt;

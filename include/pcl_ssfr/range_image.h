@@ -3,6 +3,8 @@
 
 #pragma once
 
+#include <pcl_ssfr/deadline.h>
+
 #include <Eigen/Core>
 
 #include <algorithm>
@@ -132,9 +134,13 @@ twoDepthShare(const Eigen::Matrix3Xf& points, const Eigen::Vector3f& viewpoint, 
 /** \brief Whether \p points (3 x N) look as if they were seen from \p viewpoint (METHOD point 11): they spread over as
  * many directions as seen from their centroid, and few directions hold two depths, markedly fewer than from places
  * around. \param[in] scale of the scene, > 0: 1 for rooms to streets; the places tried are 3 m * scale away
+ * \param[in] deadline when it passes meanwhile, the answer is of no use
  */
 bool
-isPlausibleViewpoint(const Eigen::Matrix3Xf& points, const Eigen::Vector3f& viewpoint, double scale);
+isPlausibleViewpoint(const Eigen::Matrix3Xf& points,
+                     const Eigen::Vector3f& viewpoint,
+                     double scale,
+                     const Deadline& deadline = Deadline());
 
 /** \brief A place from which a scan may have been seen, found by trying places among its points: there the most
  * directions see something and the fewest see two depths. It need not be the sensor: in an empty room any place will
@@ -142,7 +148,7 @@ isPlausibleViewpoint(const Eigen::Matrix3Xf& points, const Eigen::Vector3f& view
  * \param[in] points 3 x N, as dense as the sensor made them: they crowd around it \param[in] thinned 3 x M, the same
  * scan with an even density \param[in] scale of the scene, as above \param[in] threads at least 1
  * \param[in] doubted a place that isPlausibleViewpoint() doubts; may be null. When it does nearly as well as the best,
- * the scan tells no place
+ * the scan tells no place \param[in] deadline when it passes meanwhile, the answer is of no use
  * \return none when even from the best place the scan looks as if it was merged of several
  */
 std::optional<Eigen::Vector3f>
@@ -150,6 +156,7 @@ findViewpoint(const Eigen::Matrix3Xf& points,
               const Eigen::Matrix3Xf& thinned,
               double scale,
               unsigned threads,
-              const Eigen::Vector3f* doubted = nullptr);
+              const Eigen::Vector3f* doubted = nullptr,
+              const Deadline& deadline = Deadline());
 
 } // namespace pcl_ssfr
