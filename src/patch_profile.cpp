@@ -137,10 +137,13 @@ count(Eigen::Index n)
 
 /// Thickness that patches may have: the usual one, more where the scan is noisier than that.
 double
-choosePatchThickness(const ThinnedCloud& cloud, double usual, const PatchOptions& options)
+choosePatchThickness(const ThinnedCloud& cloud,
+                     const std::vector<FineCell>& cells,
+                     double usual,
+                     const PatchOptions& options)
 {
   constexpr double kGenerous = 4;
-  const PlanarPatches rough = extractPatches(cloud, nullptr, kGenerous * usual, options);
+  const PlanarPatches rough = extractPatches(cloud, cells, nullptr, kGenerous * usual, options);
   if (rough.size() == 0)
     return usual;
   std::vector<std::pair<double, double>> thickness; // and the surface that has it
@@ -964,9 +967,10 @@ preparePatchScan(const ScanView& scan, const Options& options, const Deadline& d
     return prepared;
 
   const Eigen::Vector3d* seen_from = prepared.viewpoint_used ? &viewpoint : nullptr;
-  prepared.thickness =
-      patches.thickness > 0 ? patches.thickness : choosePatchThickness(cloud, kThickness * prepared.scale, patches);
-  prepared.patches = extractPatches(cloud, seen_from, prepared.thickness, patches);
+  const std::vector<FineCell> cells = accumulateFineCells(cloud, patches.finest_level);
+  prepared.thickness = patches.thickness > 0 ? patches.thickness
+                                             : choosePatchThickness(cloud, cells, kThickness * prepared.scale, patches);
+  prepared.patches = extractPatches(cloud, cells, seen_from, prepared.thickness, patches);
   if (endsIn("patches", count(cloud.size()), count(prepared.patches.size())))
     return prepared;
 
@@ -980,7 +984,7 @@ preparePatchScan(const ScanView& scan, const Options& options, const Deadline& d
   prepared.index = PatchIndex(prepared.patches, kVoxel * prepared.scale);
   patches.split_above = kPolishSplit;
   patches.min_points = std::max(patches.min_points, kPolishMinPoints);
-  const PlanarPatches small = extractPatches(cloud, seen_from, prepared.thickness, patches);
+  const PlanarPatches small = extractPatches(cloud, cells, seen_from, prepared.thickness, patches);
   prepared.surface = drawSurfacePoints(cloud, small, kPolishPointsAPatch);
   prepared.fine_index = PatchIndex(small, kFineVoxel * prepared.scale);
   prepared.stages.push_back(clock.lap("index", count(prepared.patches.size()), count(prepared.surface.points.cols())));

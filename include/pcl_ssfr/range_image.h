@@ -39,18 +39,26 @@ public:
   std::size_t
   cell(const Eigen::Vector3f& d) const
   {
-    const Eigen::Array3f a = d.array().abs();
-    int axis = a.y() > a.x() ? 1 : 0;
-    axis = a.z() > a[axis] ? 2 : axis;
-    const int u = axis == 0 ? 1 : 0;
-    const int v = axis == 2 ? 1 : 2;
-    const float scale = half_ / a[axis];
+    return static_cast<std::size_t>(cell(d.x(), d.y(), d.z()));
+  }
+  /// The same of a direction (\p x, \p y, \p z): without branches, for loops over many.
+  int
+  cell(float x, float y, float z) const
+  {
+    const float xy = std::abs(y) > std::abs(x) ? y : x; // the larger component ...
+    const float yx = std::abs(y) > std::abs(x) ? x : y; // ... and the other
+    const bool along_z = std::abs(z) > std::abs(xy);
+    const bool along_y = std::abs(y) > std::abs(x);
+    const float major = along_z ? z : xy;
+    const float u = along_z ? x : yx;
+    const float v = along_z ? y : z;
+    const float scale = half_ / std::abs(major);
     const auto last = static_cast<float>(resolution_ - 1);
     // The order of the arguments makes NaN 0.
-    const auto column = static_cast<int>(std::max(0.f, std::min(d[u] * scale + half_, last)));
-    const auto row = static_cast<int>(std::max(0.f, std::min(d[v] * scale + half_, last)));
-    const int face = 2 * axis + (d[axis] < 0 ? 1 : 0);
-    return static_cast<std::size_t>((face * resolution_ + row) * resolution_ + column);
+    const auto column = static_cast<int>(std::max(0.f, std::min(u * scale + half_, last)));
+    const auto row = static_cast<int>(std::max(0.f, std::min(v * scale + half_, last)));
+    const int face = (along_z ? 4 : along_y ? 2 : 0) + (major < 0 ? 1 : 0);
+    return (face * resolution_ + row) * resolution_ + column;
   }
 
 private:
