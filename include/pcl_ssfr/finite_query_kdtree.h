@@ -123,7 +123,9 @@ private:
     }
     const std::lock_guard<std::mutex> lock(building_);
     if (!is_built_.load(std::memory_order_relaxed)) {
-      this->tree_->setInputCloud(this->input_, this->indices_);
+      const float epsilon = this->tree_->getEpsilon();
+      this->tree_->setInputCloud(this->input_, this->indices_); // forgets the epsilon
+      this->tree_->setEpsilon(epsilon);
       is_built_.store(true, std::memory_order_release);
     }
   }

@@ -413,6 +413,11 @@ StructuredSceneRegistration<PointSource, PointTarget, Scalar>::computeTransforma
   }
 
   if (&output != input_.get()) {
+    if (final_transformation_ == Matrix4::Identity()) { // the base has copied the points
+      output.sensor_origin_ = input_->sensor_origin_;
+      output.sensor_orientation_ = input_->sensor_orientation_;
+      return;
+    }
     detail::moveCloud(*input_, *indices_, final_transformation_, output);
     return;
   }
