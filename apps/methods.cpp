@@ -83,10 +83,10 @@ runSsfr(const io::LoadedCloud& source,
   std::optional<Eigen::Isometry3d> cloud_guess;
   if (guess)
     cloud_guess = frames.toClouds(*guess);
-  const auto start = std::chrono::steady_clock::now();
-  const auto [prepared_source, prepared_target] = prepareScans(viewOf(source), viewOf(target), options);
-  const Options rest = afterSpending(options, secondsSince(start));
-  return frames.toFiles(registerScans(prepared_source, prepared_target, rest, cloud_guess ? &*cloud_guess : nullptr));
+  const Deadline deadline = Deadline::after(options.time_limit);
+  const auto [prepared_source, prepared_target] = prepareScans(viewOf(source), viewOf(target), options, deadline);
+  return frames.toFiles(
+      registerScans(prepared_source, prepared_target, options, cloud_guess ? &*cloud_guess : nullptr, deadline));
 }
 
 /// A thinned scan as a cloud about its origin, with unit normals where the file had some.

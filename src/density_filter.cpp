@@ -6,6 +6,7 @@
 #include <Eigen/Eigenvalues>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <numeric>
 
@@ -16,6 +17,7 @@ namespace {
 /// Rounding slack of the test "this box lies wholly inside the sphere", relative to the squared radius.
 constexpr double kInsideSlack = 1e-12;
 constexpr Eigen::Index kLeafSize = 12;
+constexpr Eigen::Index kQueriesPerLook = 64; // between two looks at the clock
 
 /** \brief Tree of tight boxes over weighted points: exact weight sums in spheres without visiting the points of boxes
  * that lie wholly inside, so that a sum costs the boundary of the sphere and not its content.
@@ -205,13 +207,21 @@ collectRegion(const DirectionSet& set, Eigen::Index peak, double density, const 
 } // namespace
 
 Eigen::VectorXd
-computeDensity(const DirectionSet& directions, const DensityOptions& options, unsigned threads)
+computeDensity(const DirectionSet& directions,
+               const DensityOptions& options,
+               unsigned threads,
+               const Deadline& deadline)
 {
   const WeightTree tree(directions);
   Eigen::VectorXd density(directions.size());
+  std::atomic<bool> is_late{false};
   [[maybe_unused]] const int workers = static_cast<int>(std::max(threads, 1U));
 #pragma omp parallel for num_threads(workers) schedule(dynamic, 256)
   for (Eigen::Index i = 0; i < directions.size(); ++i) {
+    if (i % kQueriesPerLook == 0 && deadline.hasPassed())
+      is_late = true;
+    if (is_late)
+      continue;
     const Eigen::Vector3d query = tree.point(i);
     density[tree.column(i)] = options.kernel == DensityOptions::Kernel::Count
                                   ? tree.weightWithin(query, options.radius)

@@ -145,6 +145,7 @@ measureSurfaceRadius(const Cloud& cloud,
                      const pcl::search::KdTree<pcl::PointXYZ>& tree,
                      const std::vector<Eigen::Index>& columns,
                      double resolution,
+                     const Deadline& deadline,
                      [[maybe_unused]] int workers)
 {
   const std::size_t samples = std::min(columns.size(), kSurfaceSamples);
@@ -153,6 +154,8 @@ measureSurfaceRadius(const Cloud& cloud,
   std::vector<double> radii(samples, kLargestRadius);
 #pragma omp parallel for num_threads(workers) schedule(dynamic, 16)
   for (std::size_t i = 0; i < samples; ++i) {
+    if (deadline.hasPassed())
+      continue;
     const pcl::PointXYZ& point = cloud[static_cast<std::size_t>(columns[i * columns.size() / samples])];
     pcl::Indices indices;
     std::vector<float> squared;
@@ -192,7 +195,8 @@ fitNormal(const Cloud& cloud, const pcl::Indices& indices)
 } // namespace
 
 NormalEstimationResult
-estimateNormals(const ScanView& scan, const NormalOptions& options, bool oriented, unsigned threads)
+estimateNormals(
+    const ScanView& scan, const NormalOptions& options, bool oriented, unsigned threads, const Deadline& deadline)
 {
   const int workers = static_cast<int>(std::max(threads, 1U));
   NormalEstimationResult result;
@@ -204,7 +208,7 @@ estimateNormals(const ScanView& scan, const NormalOptions& options, bool oriente
   const std::vector<Eigen::Index> sampled = samplePerVoxel(finite.points, options.pre_leaf);
   keepColumns(finite.points, sampled);
   keepColumns(finite.given_normals, sampled);
-  if (finite.points.cols() == 0) {
+  if (finite.points.cols() == 0 || deadline.hasPassed()) {
     result.radius = options.radius;
     result.leaf = options.leaf;
     return result;
@@ -216,8 +220,8 @@ estimateNormals(const ScanView& scan, const NormalOptions& options, bool oriente
   result.resolution = measureResolution(*surface, tree, workers);
   result.radius = options.radius;
   if (!(result.radius > 0)) {
-    const double spacing =
-        measureSurfaceRadius(*surface, tree, samplePerVoxel(finite.points, kLargestLeaf), result.resolution, workers);
+    const double spacing = measureSurfaceRadius(
+        *surface, tree, samplePerVoxel(finite.points, kLargestLeaf), result.resolution, deadline, workers);
     result.radius =
         std::clamp(std::max(kRadiusInResolutions * result.resolution, spacing), kSmallestRadius, kLargestRadius);
   }
@@ -229,6 +233,8 @@ estimateNormals(const ScanView& scan, const NormalOptions& options, bool oriente
   Points3 normals = Points3::Zero(3, static_cast<Eigen::Index>(kept.size()));
 #pragma omp parallel for num_threads(workers) schedule(dynamic, 64)
   for (std::size_t i = 0; i < kept.size(); ++i) {
+    if (deadline.hasPassed())
+      continue;
     const Eigen::Index column = kept[i];
     Eigen::Vector3d normal = Eigen::Vector3d::Zero();
     if (finite.given_normals.cols() > 0)

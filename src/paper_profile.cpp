@@ -102,8 +102,8 @@ struct ScoredPose {
 /// Algorithm 2 on two prepared scans.
 class PaperRegistration {
 public:
-  PaperRegistration(const PaperScan& source, const PaperScan& target, const Options& options)
-      : source_(source), target_(target), options_(withUserParameters(options)),
+  PaperRegistration(const PaperScan& source, const PaperScan& target, const Options& options, const Deadline& deadline)
+      : source_(source), target_(target), options_(withUserParameters(options)), deadline_(deadline),
         threads_(resolveThreads(options.threads))
   {}
 
@@ -114,7 +114,7 @@ private:
   bool
   isOutOfTime() const
   {
-    return options_.time_limit > 0 && clock_.elapsed() > options_.time_limit;
+    return deadline_.hasPassed();
   }
   /// Fill the result for scans that give no candidate at all.
   bool
@@ -143,8 +143,8 @@ private:
   const PaperScan& source_;
   const PaperScan& target_;
   Options options_;
+  Deadline deadline_;
   unsigned threads_;
-  StageClock clock_;
   Result result_;
   std::size_t proposed_ = 0, skipped_ = 0; ///< rotations proposed, and left unjudged when the time ran out
 };
@@ -435,33 +435,42 @@ PaperRegistration::run(const Eigen::Isometry3d* guess)
 } // namespace
 
 PaperScan
-preparePaperScan(const ScanView& scan, const Options& user_options, bool oriented)
+preparePaperScan(const ScanView& scan, const Options& user_options, bool oriented, const Deadline& deadline)
 {
   validate(user_options);
   const Options options = withUserParameters(user_options);
   const unsigned threads = resolveThreads(options.threads);
   PaperScan result;
   StageClock clock;
-  const auto report = [&](const char* name, auto in, auto out) {
+  // Whether the time has run out by the end of a stage: then the stage itself may not be complete.
+  const auto endsIn = [&](const char* name, auto in, auto out) {
     result.stages.push_back(clock.lap(name, toCount(in), toCount(out)));
+    if (deadline.hasPassed())
+      result.unfinished = name;
+    return !result.unfinished.empty();
   };
 
   // Stage 1. The paper thins and estimates within fixed scales; r = 0 and leaf = 0 follow from the data.
-  result.normals = estimateNormals(scan, options.normals, oriented, threads);
+  result.normals = estimateNormals(scan, options.normals, oriented, threads, deadline);
   const OrientedSamples& samples = result.normals.samples;
-  report("normals", scan.count(), samples.size());
+  if (endsIn("normals", scan.count(), samples.size()))
+    return result;
 
   const DirectionSet image = makeGaussianSphere(samples); // stage 2
-  report("gaussian_sphere", samples.size(), image.size());
+  if (endsIn("gaussian_sphere", samples.size(), image.size()))
+    return result;
 
-  const Eigen::VectorXd density = computeDensity(image, options.density, threads); // stage 3
-  report("density", image.size(), image.size());
+  const Eigen::VectorXd density = computeDensity(image, options.density, threads, deadline); // stage 3
+  if (endsIn("density", image.size(), image.size()))
+    return result;
 
   const std::vector<DenseRegion> regions = findDensestRegions(image, density, options.density); // stage 4
-  report("densest_regions", image.size(), regions.size());
+  if (endsIn("densest_regions", image.size(), regions.size()))
+    return result;
 
   result.main_normals = findMainNormals(image, regions, options.mean_shift); // stage 5
-  report("mean_shift", regions.size(), result.main_normals.size());
+  if (endsIn("mean_shift", regions.size(), result.main_normals.size()))
+    return result;
 
   // The thinning of stage 12.
   result.lcp_leaf = options.lcp.leaf > 0 ? options.lcp.leaf : deriveLcpLeaf(result.normals.radius);
@@ -470,7 +479,7 @@ preparePaperScan(const ScanView& scan, const Options& user_options, bool oriente
   for (std::size_t i = 0; i < columns.size(); ++i)
     result.lcp_points.col(static_cast<Eigen::Index>(i)) = samples.points.col(columns[i]);
   result.lcp_index = NeighborIndex(result.lcp_points);
-  report("lcp_thinning", samples.size(), columns.size());
+  result.stages.push_back(clock.lap("lcp_thinning", toCount(samples.size()), toCount(columns.size())));
   return result;
 }
 
@@ -480,8 +489,18 @@ registerPaperScans(const PaperScan& source,
                    const Options& options,
                    const Eigen::Isometry3d* guess)
 {
+  return registerPaperScans(source, target, options, guess, Deadline::after(options.time_limit));
+}
+
+Result
+registerPaperScans(const PaperScan& source,
+                   const PaperScan& target,
+                   const Options& options,
+                   const Eigen::Isometry3d* guess,
+                   const Deadline& deadline)
+{
   validate(options);
-  return PaperRegistration(source, target, options).run(guess);
+  return PaperRegistration(source, target, options, deadline).run(guess);
 }
 
 Options

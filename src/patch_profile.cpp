@@ -144,10 +144,13 @@ count(Eigen::Index n)
 
 /// Thickness that patches may have: the usual one, more where the scan is noisier than that.
 double
-choosePatchThickness(const ThinnedCloud& cloud, double usual, const PatchOptions& options)
+choosePatchThickness(const ThinnedCloud& cloud,
+                     const std::vector<FineCell>& cells,
+                     double usual,
+                     const PatchOptions& options)
 {
   constexpr double kGenerous = 4;
-  const PlanarPatches rough = extractPatches(cloud, nullptr, kGenerous * usual, options);
+  const PlanarPatches rough = extractPatches(cloud, cells, nullptr, kGenerous * usual, options);
   if (rough.size() == 0)
     return usual;
   std::vector<std::pair<double, double>> thickness; // and the surface that has it
@@ -261,8 +264,12 @@ formatted(const char* format, double a, double b = 0)
 /// The stages for one pair of scans.
 class PatchRegistration {
 public:
-  PatchRegistration(const PatchScan& source, const PatchScan& target, const Options& options)
-      : source_(source), target_(target), options_(options), scale_(std::max(source.scale, target.scale)),
+  PatchRegistration(const PatchScan& source,
+                    const PatchScan& target,
+                    const Options& options,
+                    const Deadline& deadline = Deadline())
+      : source_(source), target_(target), options_(options), deadline_(deadline),
+        scale_(std::max(source.scale, target.scale)),
         noise_(std::max(source.thickness, target.thickness) / (kThickness * scale_)),
         either_side_(!(source.patches.samples.oriented && target.patches.samples.oriented &&
                        source.viewpoint_used == target.viewpoint_used)),
@@ -366,7 +373,7 @@ private:
   bool
   outOfTime() const
   {
-    return options_.time_limit > 0 && clock_.elapsed() > options_.time_limit;
+    return deadline_.hasPassed();
   }
 
   Result&
@@ -1008,6 +1015,7 @@ private:
   const PatchScan& source_;
   const PatchScan& target_;
   const Options& options_;
+  Deadline deadline_;
   double scale_;
   double noise_; ///< of the scans, 1 when usual
   bool either_side_;
@@ -1036,15 +1044,19 @@ patchDensityOptions(const Options& options)
 }
 
 PatchScan
-preparePatchScan(const ScanView& scan, const Options& options)
+preparePatchScan(const ScanView& scan, const Options& options, const Deadline& deadline)
 {
   PatchScan prepared;
   StageClock clock;
-  const auto report = [&](const char* stage, std::uint64_t in, std::uint64_t out) {
+  // Whether the time has run out by the end of a stage: then the stage itself may not be complete.
+  const auto endsIn = [&](const char* stage, std::uint64_t in, std::uint64_t out) {
     prepared.stages.push_back(clock.lap(stage, in, out));
+    if (deadline.hasPassed())
+      prepared.unfinished = stage;
+    return !prepared.unfinished.empty();
   };
 
-  prepared.extent = measureExtent(scan);
+  prepared.extent = measureExtent(scan, deadline);
   prepared.scale = sceneScale(prepared.extent);
   prepared.origin = prepared.extent.median;
   PatchOptions patches = options.patches;
@@ -1055,28 +1067,32 @@ preparePatchScan(const ScanView& scan, const Options& options)
            : options.normal_radius > 0 ? 2 * options.normal_radius / static_cast<double>(1 << patches.finest_level)
                                        : kLeaf * prepared.scale;
   };
-  ThinnedCloud cloud = thinScan(scan, leaf(), prepared.origin, 0, workers(options));
+  ThinnedCloud cloud = thinScan(scan, leaf(), prepared.origin, 0, workers(options), deadline);
   // Where points are sparse, patches must be larger to hold enough of them.
   for (int step = 0; step < kMaxCoarsenings && !given && cloud.size() >= static_cast<Eigen::Index>(kMinPoints) &&
                      pointsPerCell(cloud, patches.coarsest_level) < kMinPointsPerCell;
        ++step) {
     prepared.scale *= 2;
-    cloud = thinScan(scan, leaf(), prepared.origin, 0, workers(options));
+    cloud = ThinnedCloud(); // its memory first
+    cloud = thinScan(scan, leaf(), prepared.origin, 0, workers(options), deadline);
   }
-  report("thinning", scan.count(), count(cloud.size()));
+  if (endsIn("thinning", scan.count(), count(cloud.size())))
+    return prepared;
 
   Eigen::Vector3d viewpoint = scan.viewpoint - prepared.origin;
   const ViewpointMode mode = options.viewpoint_mode;
-  prepared.viewpoint_used =
-      mode == ViewpointMode::SensorOrigin || (mode == ViewpointMode::Auto && scan.viewpoint_is_known) ||
-      (mode == ViewpointMode::Auto && isPlausibleViewpoint(cloud.points, viewpoint.cast<float>(), prepared.scale));
+  prepared.viewpoint_used = mode == ViewpointMode::SensorOrigin ||
+                            (mode == ViewpointMode::Auto && scan.viewpoint_is_known) ||
+                            (mode == ViewpointMode::Auto &&
+                             isPlausibleViewpoint(cloud.points, viewpoint.cast<float>(), prepared.scale, deadline));
   if (!prepared.viewpoint_used && mode != ViewpointMode::Unused) {
     const Eigen::Vector3f doubted = viewpoint.cast<float>();
     const std::optional<Eigen::Vector3f> place = findViewpoint(drawPoints(scan, prepared.origin, kViewpointPoints),
                                                                cloud.points,
                                                                prepared.scale,
                                                                workers(options),
-                                                               mode == ViewpointMode::Auto ? &doubted : nullptr);
+                                                               mode == ViewpointMode::Auto ? &doubted : nullptr,
+                                                               deadline);
     prepared.viewpoint_used = prepared.viewpoint_found = place.has_value();
     if (place)
       viewpoint = place->cast<double>();
@@ -1085,16 +1101,20 @@ preparePatchScan(const ScanView& scan, const Options& options)
     prepared.viewpoint = viewpoint;
     prepared.range_image = RangeImage(cloud.points, viewpoint.cast<float>(), kCell);
   }
-  report("range image", count(cloud.size()), prepared.range_image.size());
+  if (endsIn("range image", count(cloud.size()), prepared.range_image.size()))
+    return prepared;
 
   const Eigen::Vector3d* seen_from = prepared.viewpoint_used ? &viewpoint : nullptr;
-  prepared.thickness =
-      patches.thickness > 0 ? patches.thickness : choosePatchThickness(cloud, kThickness * prepared.scale, patches);
-  prepared.patches = extractPatches(cloud, seen_from, prepared.thickness, patches);
-  report("patches", count(cloud.size()), count(prepared.patches.size()));
+  const std::vector<FineCell> cells = accumulateFineCells(cloud, patches.finest_level);
+  prepared.thickness = patches.thickness > 0 ? patches.thickness
+                                             : choosePatchThickness(cloud, cells, kThickness * prepared.scale, patches);
+  prepared.patches = extractPatches(cloud, cells, seen_from, prepared.thickness, patches);
+  if (endsIn("patches", count(cloud.size()), count(prepared.patches.size())))
+    return prepared;
 
   prepared.main_normals = findPatchMainNormals(prepared.patches.samples, options);
-  report("main normals", count(prepared.patches.size()), prepared.main_normals.size());
+  if (endsIn("main normals", count(prepared.patches.size()), prepared.main_normals.size()))
+    return prepared;
 
   prepared.votes = drawVotingSamples(prepared.patches.samples, prepared.main_normals, PoseSearchOptions{}.samples);
   const Representatives coarse = drawRepresentatives(prepared.patches.samples, prepared.main_normals, kCoarsePatches);
@@ -1102,28 +1122,27 @@ preparePatchScan(const ScanView& scan, const Options& options)
   prepared.index = PatchIndex(prepared.patches, kVoxel * prepared.scale);
   patches.split_above = kPolishSplit;
   patches.min_points = std::max(patches.min_points, kPolishMinPoints);
-  const PlanarPatches small = extractPatches(cloud, seen_from, prepared.thickness, patches);
+  const PlanarPatches small = extractPatches(cloud, cells, seen_from, prepared.thickness, patches);
   prepared.surface = drawSurfacePoints(cloud, small, kPolishPointsAPatch);
   prepared.fine_index = PatchIndex(small, kFineVoxel * prepared.scale);
-  report("index", count(prepared.patches.size()), count(prepared.surface.points.cols()));
-  return prepared;
+  prepared.stages.push_back(clock.lap("index", count(prepared.patches.size()), count(prepared.surface.points.cols())));
+  return prepared; // complete, even if the time has run out meanwhile
 }
 
 Result
 registerPatchScans(const PatchScan& source,
                    const PatchScan& target,
                    const Options& options,
-                   const Eigen::Isometry3d* guess)
+                   const Eigen::Isometry3d* guess,
+                   const Deadline& deadline)
 {
-  return PatchRegistration(source, target, options).run(guess);
+  return PatchRegistration(source, target, options, deadline).run(guess);
 }
 
 std::vector<PatchSearch>
 repeatSearch(const PatchScan& source, const PatchScan& target, const Options& options)
 {
-  Options unlimited = options;
-  unlimited.time_limit = 0;
-  return PatchRegistration(source, target, unlimited).searches();
+  return PatchRegistration(source, target, options).searches();
 }
 
 Candidate

@@ -8,13 +8,52 @@
 #include <algorithm>
 #include <future>
 #include <memory>
+#include <string>
 #include <thread>
 #include <utility>
 
 namespace pcl_ssfr {
 
+namespace {
+
+/// Stage in which the time for preparing a scan ran out; empty when it is complete.
+const std::string&
+unfinishedStage(const PreparedData& data)
+{
+  return data.profile == Profile::Paper2017 ? data.paper.unfinished : data.patches.unfinished;
+}
+
+/// What is told of scans of which one is not complete.
+Result
+reportUnfinished(const PreparedScan& source, const PreparedScan& target)
+{
+  Result result;
+  result.status = Status::TimeLimit;
+  for (const PreparedScan* scan : {&source, &target}) {
+    const PreparedData& data = scan->data();
+    const bool is_paper = data.profile == Profile::Paper2017;
+    const std::string name = scan == &source ? "source" : "target";
+    for (StageReport stage : is_paper ? data.paper.stages : data.patches.stages) {
+      stage.name = name + (is_paper ? "_" : " ") + stage.name;
+      result.stages.push_back(std::move(stage));
+    }
+    if (!scan->isComplete() && result.message.empty())
+      result.message = "the time limit ran out while the " + name + " scan was prepared, in the stage \"" +
+                       unfinishedStage(data) + "\"";
+  }
+  return result;
+}
+
+} // namespace
+
+bool
+PreparedScan::isComplete() const
+{
+  return data_ && unfinishedStage(*data_).empty();
+}
+
 PreparedScan
-prepareScan(const ScanView& scan, const Options& options)
+prepareScan(const ScanView& scan, const Options& options, const Deadline& deadline)
 {
   validate(options);
   auto data = std::make_shared<PreparedData>();
@@ -24,25 +63,26 @@ prepareScan(const ScanView& scan, const Options& options)
     data->paper = preparePaperScan(scan,
                                    options,
                                    options.viewpoint_mode == ViewpointMode::Auto ||
-                                       options.viewpoint_mode == ViewpointMode::SensorOrigin);
+                                       options.viewpoint_mode == ViewpointMode::SensorOrigin,
+                                   deadline);
   else
-    data->patches = preparePatchScan(scan, options);
+    data->patches = preparePatchScan(scan, options, deadline);
   return PreparedScan(std::move(data));
 }
 
 std::pair<PreparedScan, PreparedScan>
-prepareScans(const ScanView& source, const ScanView& target, const Options& options)
+prepareScans(const ScanView& source, const ScanView& target, const Options& options, const Deadline& deadline)
 {
   const unsigned threads = options.threads > 0 ? options.threads : std::max(1u, std::thread::hardware_concurrency());
   if (threads < 2) {
-    PreparedScan prepared = prepareScan(source, options);
-    return {std::move(prepared), prepareScan(target, options)};
+    PreparedScan prepared = prepareScan(source, options, deadline);
+    return {std::move(prepared), prepareScan(target, options, deadline)};
   }
   // Much of a preparation is serial; two of them side by side use two threads all the time.
   Options half = options;
   half.threads = (threads + 1) / 2;
-  std::future<PreparedScan> other = std::async(std::launch::async, [&] { return prepareScan(target, half); });
-  PreparedScan prepared = prepareScan(source, half);
+  std::future<PreparedScan> other = std::async(std::launch::async, [&] { return prepareScan(target, half, deadline); });
+  PreparedScan prepared = prepareScan(source, half, deadline);
   return {std::move(prepared), other.get()};
 }
 
@@ -51,6 +91,16 @@ registerScans(const PreparedScan& source,
               const PreparedScan& target,
               const Options& options,
               const Eigen::Isometry3d* guess)
+{
+  return registerScans(source, target, options, guess, Deadline::after(options.time_limit));
+}
+
+Result
+registerScans(const PreparedScan& source,
+              const PreparedScan& target,
+              const Options& options,
+              const Eigen::Isometry3d* guess,
+              const Deadline& deadline)
 {
   validate(options);
   if (source.empty() || target.empty()) {
@@ -67,9 +117,11 @@ registerScans(const PreparedScan& source,
     result.message = "a scan was prepared for another profile than the one to be run";
     return result;
   }
+  if (!source.isComplete() || !target.isComplete())
+    return reportUnfinished(source, target);
   if (options.profile == Profile::Paper2017)
-    return registerPaperScans(source.data().paper, target.data().paper, options, guess);
-  return registerPatchScans(source.data().patches, target.data().patches, options, guess);
+    return registerPaperScans(source.data().paper, target.data().paper, options, guess, deadline);
+  return registerPatchScans(source.data().patches, target.data().patches, options, guess, deadline);
 }
 
 } // namespace pcl_ssfr

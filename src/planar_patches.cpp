@@ -21,27 +21,14 @@ constexpr double kLineWidth = 1e-3; // of the length: points that spread less ac
 constexpr std::uint32_t kMaxRowPoints = 64; // more points than this do not come in two rows
 constexpr float kRowGap = 0.6f;             // of the width of a patch: a gap wider than this parts two rows
 
-/// Sums over the points of a cell, from which mean and covariance follow; additive over sub-cells.
-struct Moments {
-  double n = 0;
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d outer = Eigen::Matrix3d::Zero();
-
-  Moments&
-  operator+=(const Moments& other)
-  {
-    n += other.n;
-    sum += other.sum;
-    outer += other.outer;
-    return *this;
-  }
-};
-
-struct FineCell {
-  std::uint64_t code;  ///< Morton code at the finest level
-  std::uint32_t first; ///< first thinned point
-  Moments moments;
-};
+CellMoments&
+operator+=(CellMoments& moments, const CellMoments& other)
+{
+  moments.n += other.n;
+  moments.sum += other.sum;
+  moments.outer += other.outer;
+  return moments;
+}
 
 struct Plane {
   Eigen::Vector3d mean;
@@ -51,26 +38,8 @@ struct Plane {
   Eigen::Vector3d deviations; ///< standard deviations, ascending [m]
 };
 
-std::vector<FineCell>
-accumulateFineCells(const ThinnedCloud& cloud, int level)
-{
-  std::vector<FineCell> cells;
-  const int shift = 3 * level;
-  for (Eigen::Index i = 0; i < cloud.size(); ++i) {
-    const std::uint64_t code = cloud.codes[static_cast<std::size_t>(i)] >> shift;
-    if (cells.empty() || cells.back().code != code)
-      cells.push_back({code, static_cast<std::uint32_t>(i), {}});
-    Moments& m = cells.back().moments;
-    const Eigen::Vector3d p = cloud.points.col(i).cast<double>();
-    m.n += 1;
-    m.sum += p;
-    m.outer.noalias() += p * p.transpose();
-  }
-  return cells;
-}
-
 Plane
-fitPlane(const Moments& moments)
+fitPlane(const CellMoments& moments)
 {
   Plane plane;
   plane.mean = moments.sum / moments.n;
@@ -87,11 +56,11 @@ fitPlane(const Moments& moments)
 class PatchExtractor {
 public:
   PatchExtractor(const ThinnedCloud& cloud,
+                 const std::vector<FineCell>& cells,
                  const Eigen::Vector3d* viewpoint,
                  double thickness,
                  const PatchOptions& options)
-      : cloud_(cloud), viewpoint_(viewpoint), thickness_(thickness), options_(options),
-        cells_(accumulateFineCells(cloud, options.finest_level))
+      : cloud_(cloud), cells_(cells), viewpoint_(viewpoint), thickness_(thickness), options_(options)
   {}
 
   PlanarPatches
@@ -127,7 +96,7 @@ private:
   void
   subdivide(std::size_t begin, std::size_t end, int level)
   {
-    Moments total;
+    CellMoments total;
     for (std::size_t c = begin; c < end; ++c)
       total += cells_[c].moments;
     const std::uint32_t first = cells_[begin].first;
@@ -227,10 +196,10 @@ private:
   }
 
   const ThinnedCloud& cloud_;
+  const std::vector<FineCell>& cells_;
   const Eigen::Vector3d* viewpoint_;
   double thickness_;
   const PatchOptions& options_;
-  std::vector<FineCell> cells_;
   std::vector<Plane> planes_;
   std::vector<float> along_; ///< scratch
   PlanarPatches patches_;
@@ -238,13 +207,41 @@ private:
 
 } // namespace
 
+std::vector<FineCell>
+accumulateFineCells(const ThinnedCloud& cloud, int level)
+{
+  std::vector<FineCell> cells;
+  const int shift = 3 * level;
+  for (Eigen::Index i = 0; i < cloud.size(); ++i) {
+    const std::uint64_t code = cloud.codes[static_cast<std::size_t>(i)] >> shift;
+    if (cells.empty() || cells.back().code != code)
+      cells.push_back({code, static_cast<std::uint32_t>(i), {}});
+    CellMoments& m = cells.back().moments;
+    const Eigen::Vector3d p = cloud.points.col(i).cast<double>();
+    m.n += 1;
+    m.sum += p;
+    m.outer.noalias() += p * p.transpose();
+  }
+  return cells;
+}
+
+PlanarPatches
+extractPatches(const ThinnedCloud& cloud,
+               const std::vector<FineCell>& cells,
+               const Eigen::Vector3d* viewpoint,
+               double thickness,
+               const PatchOptions& options)
+{
+  return PatchExtractor(cloud, cells, viewpoint, thickness, options).run();
+}
+
 PlanarPatches
 extractPatches(const ThinnedCloud& cloud,
                const Eigen::Vector3d* viewpoint,
                double thickness,
                const PatchOptions& options)
 {
-  return PatchExtractor(cloud, viewpoint, thickness, options).run();
+  return extractPatches(cloud, accumulateFineCells(cloud, options.finest_level), viewpoint, thickness, options);
 }
 
 PlanarPatches

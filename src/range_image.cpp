@@ -4,6 +4,7 @@
 #include <pcl_ssfr/range_image.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 
 namespace pcl_ssfr {
@@ -54,19 +55,63 @@ struct DepthSpan {
   float farthest = 0;
 };
 
+/// Some points as seen from a place: arrays, so that the compiler can handle several points at once.
+struct SightBlock {
+  static constexpr std::size_t kSize = 256;
+  using Floats = std::array<float, kSize>;
+
+  Floats x, y, z; ///< from the place [m]
+  Floats range;   ///< [m]
+  std::array<int, kSize> cells;
+
+  /// \p count of \p points from column \p first on.
+  void
+  look(const Eigen::Matrix3Xf& points,
+       std::size_t first,
+       std::size_t count,
+       const Eigen::Vector3f& place,
+       const DirectionGrid& grid)
+  {
+    const float* const coordinates = points.data() + 3 * first;
+    const Eigen::Vector3f from = place;
+    for (std::size_t i = 0; i < count; ++i) {
+      x[i] = coordinates[3 * i] - from.x();
+      y[i] = coordinates[3 * i + 1] - from.y();
+      z[i] = coordinates[3 * i + 2] - from.z();
+    }
+    for (std::size_t i = 0; i < count; ++i)
+      range[i] = Eigen::Vector3f(x[i], y[i], z[i]).norm();
+    const DirectionGrid cells_of = grid;
+    for (std::size_t i = 0; i < count; ++i)
+      cells[i] = cells_of.cell(x[i], y[i], z[i]);
+  }
+};
+
+/// What is seen from \p viewpoint in each cell; of no use when \p deadline passes meanwhile.
 std::vector<DepthSpan>
-depthSpans(const Eigen::Matrix3Xf& points, const Eigen::Vector3f& viewpoint, const DirectionGrid& grid)
+depthSpans(const Eigen::Matrix3Xf& points,
+           const Eigen::Vector3f& viewpoint,
+           const DirectionGrid& grid,
+           const Deadline& deadline = Deadline())
 {
+  constexpr std::size_t kPointsPerLook = 64 * SightBlock::kSize;
+  const auto n = static_cast<std::size_t>(points.cols());
   std::vector<DepthSpan> spans(grid.size());
-  for (Eigen::Index i = 0; i < points.cols(); ++i) {
-    const Eigen::Vector3f d = points.col(i) - viewpoint;
-    const float range = d.norm();
-    if (!(range > 0 && std::isfinite(range)))
-      continue;
-    DepthSpan& span = spans[grid.cell(d)];
-    if (span.nearest == 0 || range < span.nearest)
-      span.nearest = range;
-    span.farthest = std::max(span.farthest, range);
+  SightBlock block;
+  for (std::size_t first = 0; first < n; first += SightBlock::kSize) {
+    if (first % kPointsPerLook == 0 && deadline.hasPassed())
+      break;
+    const std::size_t count = std::min(SightBlock::kSize, n - first);
+    block.look(points, first, count, viewpoint, grid);
+    for (std::size_t i = 0; i < count; ++i) {
+      const float range = block.range[i];
+      if (!(range > 0 && std::isfinite(range)))
+        continue;
+      DepthSpan& span = spans[static_cast<std::size_t>(block.cells[i])];
+      if (span.nearest == 0 || range < span.nearest)
+        span.nearest = range;
+      span.farthest = std::max(span.farthest, range);
+    }
   }
   return spans;
 }
@@ -130,15 +175,17 @@ struct Place {
   double score;
 };
 
-/// Walk along the axes while that raises \p score(place).
+/// Walk along the axes while that raises \p score(place), and until \p deadline.
 template <typename Score>
 void
-climb(Place& place, double step, double last, const Score& score)
+climb(Place& place, double step, double last, const Deadline& deadline, const Score& score)
 {
   place.score = score(place.position);
   while (step >= last) {
     bool risen = false;
     for (int k = 0; k < 6; ++k) {
+      if (deadline.hasPassed())
+        return;
       Place next = place;
       next.position[k / 2] += static_cast<float>(k % 2 ? step : -step);
       next.score = score(next.position);
@@ -201,7 +248,10 @@ twoDepthShare(const Eigen::Matrix3Xf& points, const Eigen::Vector3f& viewpoint, 
 }
 
 bool
-isPlausibleViewpoint(const Eigen::Matrix3Xf& points, const Eigen::Vector3f& viewpoint, double scale)
+isPlausibleViewpoint(const Eigen::Matrix3Xf& points,
+                     const Eigen::Vector3f& viewpoint,
+                     double scale,
+                     const Deadline& deadline)
 {
   if (points.cols() == 0)
     return false;
@@ -209,8 +259,8 @@ isPlausibleViewpoint(const Eigen::Matrix3Xf& points, const Eigen::Vector3f& view
   // A sensor spreads its returns over the directions; from elsewhere, and more so from afar, they bunch.
   const Eigen::Vector3f centroid = points.cast<double>().rowwise().mean().cast<float>();
   const DirectionGrid grid(kViewpointCell);
-  const std::vector<DepthSpan> spans = depthSpans(points, viewpoint, grid);
-  if (occupiedCells(spans) < kMinSpread * occupiedCells(depthSpans(points, centroid, grid)))
+  const std::vector<DepthSpan> spans = depthSpans(points, viewpoint, grid, deadline);
+  if (occupiedCells(spans) < kMinSpread * occupiedCells(depthSpans(points, centroid, grid, deadline)))
     return false;
 
   const double here = twoDepthShare(spans, margin);
@@ -218,14 +268,16 @@ isPlausibleViewpoint(const Eigen::Matrix3Xf& points, const Eigen::Vector3f& view
     return true;
   // In one scan two depths meet at the edges of things only, and fewer in finer cells; where scans were merged they
   // meet all over.
-  const double finer = twoDepthShare(points, viewpoint, 0.5 * kViewpointCell, margin);
+  const double finer =
+      twoDepthShare(depthSpans(points, viewpoint, DirectionGrid(0.5 * kViewpointCell), deadline), margin);
   if (here > kMinMixedShare && finer > kMaxMixing * here)
     return false;
+  // Every place adds to the gain: once it is clear, the other places cannot change the answer.
   double elsewhere = 0;
-  for (int k = 0; k < 6; ++k) {
+  for (int k = 0; k < 6 && elsewhere / here < kClearGain; ++k) {
     Eigen::Vector3f place = viewpoint;
     place[k / 2] += static_cast<float>((k % 2 ? 1 : -1) * kDisplacement * scale);
-    elsewhere += twoDepthShare(points, place, kViewpointCell, margin) / 6;
+    elsewhere += twoDepthShare(depthSpans(points, place, grid, deadline), margin) / 6;
   }
   const double gain = elsewhere / here;
   return gain >= kClearGain || (gain >= kWeakGain && finer < kMaxFineShareAtWeakGain);
@@ -236,7 +288,8 @@ findViewpoint(const Eigen::Matrix3Xf& points,
               const Eigen::Matrix3Xf& thinned,
               double scale,
               unsigned threads,
-              const Eigen::Vector3f* doubted)
+              const Eigen::Vector3f* doubted,
+              const Deadline& deadline)
 {
   if (points.cols() == 0 || thinned.cols() == 0)
     return std::nullopt;
@@ -250,14 +303,14 @@ findViewpoint(const Eigen::Matrix3Xf& points,
     middle.position[axis] = along[along.size() / 2];
   }
   const auto nearness = [&](const Eigen::Vector3f& place) { return -remoteness(coarse, place, margin); };
-  climb(middle, 4 * kPlaceStep * scale, kPlaceStep * scale, nearness);
+  climb(middle, 4 * kPlaceStep * scale, kPlaceStep * scale, deadline, nearness);
   // The box around the middle in which places are near enough to the returns.
   double step = kPlaceStep * scale;
   constexpr int kMaxSteps = 100;
   Eigen::Array3i low, high;
   for (int k = 0; k < 6; ++k) {
     int steps = 0;
-    for (Eigen::Vector3f place = middle.position; steps < kMaxSteps; ++steps) {
+    for (Eigen::Vector3f place = middle.position; steps < kMaxSteps && !deadline.hasPassed(); ++steps) {
       place[k / 2] += static_cast<float>(k % 2 ? step : -step);
       if (nearness(place) < middle.score - kMaxRemoteness)
         break;
@@ -278,8 +331,10 @@ findViewpoint(const Eigen::Matrix3Xf& points,
     const auto k = static_cast<int>(i);
     const Eigen::Array3i cell(k % dims.x(), k / dims.x() % dims.y(), k / dims.x() / dims.y());
     place.position = middle.position + static_cast<float>(step) * (low + cell).cast<float>().matrix();
-    place.score = placeScore(coarse, place.position, coarse_grid, margin);
+    place.score = deadline.hasPassed() ? 0 : placeScore(coarse, place.position, coarse_grid, margin);
   }
+  if (deadline.hasPassed())
+    return std::nullopt;
   std::stable_sort(places.begin(), places.end(), [](const Place& a, const Place& b) { return a.score > b.score; });
   std::vector<Place> best;
   for (const Place& place : places) {
@@ -298,7 +353,7 @@ findViewpoint(const Eigen::Matrix3Xf& points,
     const auto climbs = static_cast<std::int64_t>(best.size());
 #pragma omp parallel for schedule(dynamic, 1) num_threads(workers)
     for (std::int64_t i = 0; i < climbs; ++i)
-      climb(best[static_cast<std::size_t>(i)], first, last, [&](const Eigen::Vector3f& place) {
+      climb(best[static_cast<std::size_t>(i)], first, last, deadline, [&](const Eigen::Vector3f& place) {
         return placeScore(seen, place, grid, margin);
       });
     std::stable_sort(best.begin(), best.end(), [](const Place& a, const Place& b) { return a.score > b.score; });
@@ -307,6 +362,8 @@ findViewpoint(const Eigen::Matrix3Xf& points,
   best.resize(std::min(best.size(), kFineClimbs));
   const Eigen::Matrix3Xf fine = drawPoints(points, kFinePoints);
   climbAll(fine, kFineCell, kFirstFineStep * scale, kLastFineStep * scale);
+  if (deadline.hasPassed())
+    return std::nullopt;
   const Place& chosen = best.front();
   if (doubted && placeScore(fine, *doubted, DirectionGrid(kFineCell), margin) >= kDoubtedShare * chosen.score)
     return std::nullopt;

@@ -151,10 +151,63 @@ TEST(ThinScan, OctreeCellsAreContiguousRanges)
 
 TEST(ThinScan, SameBitsForAnyNumberOfThreads)
 {
-  const Eigen::Matrix3Xf points = randomCloud(30001, 5, 3);
-  const ThinnedCloud one = thinScan(viewOf(points), 0.2, Eigen::Vector3d(1, 2, 3), 4.5, 1);
-  for (const unsigned threads : {2U, 8U})
-    expectEqual(thinScan(viewOf(points), 0.2, Eigen::Vector3d(1, 2, 3), 4.5, threads), one);
+  // So many that several threads are used; nearly every point of the finer one has a voxel of its own.
+  Eigen::Matrix3Xf points = randomCloud(400001, 5, 3);
+  for (Eigen::Index i = 0; i < points.cols(); i += 1013)
+    points(i % 3, i) = kNan;
+  for (const double leaf : {0.02, 0.2, 3.0}) {
+    const ThinnedCloud one = thinScan(viewOf(points), leaf, Eigen::Vector3d(1, 2, 3), 4.5, 1);
+    expectConsistent(one, 400001);
+    for (const unsigned threads : {2U, 3U, 8U, 1000U})
+      expectEqual(thinScan(viewOf(points), leaf, Eigen::Vector3d(1, 2, 3), 4.5, threads), one);
+  }
+}
+
+TEST(ThinScan, SumsInTheOrderOfTheScan)
+{
+  // Sums of these depend on the order: double has no place for the small ones beside the large.
+  Eigen::Matrix3Xf points(3, 7);
+  points.row(0) << 1e8f, 0.3f, -1e8f, 0.7f, 3e7f, -3e7f, 0.1f;
+  points.row(1) = points.row(0).reverse() * 1e8f;
+  points.row(2) = 3 * points.row(0);
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (Eigen::Index i = 0; i < points.cols(); ++i)
+    sum += points.col(i).cast<double>();
+  const ThinnedCloud thinned =
+      thinScan(viewOf(points), 1e17, Eigen::Vector3d::Constant(-5e16)); // all in one voxel, about its middle
+  ASSERT_EQ(thinned.size(), 1);
+  const Eigen::Vector3f mean = (sum / 7 + Eigen::Vector3d::Constant(5e16)).cast<float>();
+  EXPECT_TRUE(thinned.points.col(0) == mean);
+}
+
+TEST(ThinScan, CellsFarApart)
+{
+  // Two voxels of each of many cells, far from each other: more cells than any table begins with.
+  constexpr Eigen::Index kCells = 20000;
+  Eigen::Matrix3Xf points(3, 4 * kCells);
+  for (Eigen::Index i = 0; i < points.cols(); ++i) {
+    const Eigen::Index cell = i % kCells;
+    points.col(i) = Eigen::Vector3f(static_cast<float>(cell % 27), static_cast<float>(cell / 27 % 27), 0) * 1000.f;
+    points(2, i) = static_cast<float>(cell / 729) * -1000.f + static_cast<float>(i / kCells % 2);
+  }
+  const ThinnedCloud thinned = thinScan(viewOf(points), 0.5, Eigen::Vector3d::Zero());
+  expectConsistent(thinned, static_cast<std::size_t>(points.cols()));
+  ASSERT_EQ(thinned.size(), 2 * kCells);
+  for (Eigen::Index i = 0; i < thinned.size(); ++i) {
+    ASSERT_EQ(thinned.counts[static_cast<std::size_t>(i)], 2U);
+    ASSERT_EQ(thinned.codes[static_cast<std::size_t>(i)], naiveCode(thinned.points.col(i).cast<double>(), 0.5));
+  }
+}
+
+TEST(ThinScan, EndsWhenTheTimeHasRunOut)
+{
+  const Eigen::Matrix3Xf points = randomCloud(1000, 5, 8);
+  const Deadline past = Deadline::after(1e-9);
+  while (!past.hasPassed()) {
+  }
+  EXPECT_EQ(thinScan(viewOf(points), 0.2, Eigen::Vector3d::Zero(), 0, 1, past).size(), 0);
+  expectEqual(thinScan(viewOf(points), 0.2, Eigen::Vector3d::Zero(), 0, 1, Deadline::after(3600)),
+              thinScan(viewOf(points), 0.2, Eigen::Vector3d::Zero()));
 }
 
 TEST(ThinScan, OrderOfThePointsDoesNotMatter)

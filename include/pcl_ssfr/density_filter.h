@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <pcl_ssfr/deadline.h>
 #include <pcl_ssfr/gaussian_sphere.h>
 
 #include <vector>
@@ -37,9 +38,13 @@ struct DenseRegion {
 /** \brief Density of the Gaussian image at each of its points: the kernel-weighted sum of neighbour weights within r_d.
  *
  * The point itself counts. Costs O(N log N) plus the neighbours for any N. \p threads only changes the speed.
+ * What it gives when \p deadline passes meanwhile is of no use.
  */
 Eigen::VectorXd
-computeDensity(const DirectionSet& directions, const DensityOptions& options, unsigned threads = 1);
+computeDensity(const DirectionSet& directions,
+               const DensityOptions& options,
+               unsigned threads = 1,
+               const Deadline& deadline = Deadline());
 
 /** \brief The densest regions in descending density: take the densest direction, keep its neighbours within r_d,
  * silence what lies within silence_chord of it, repeat (paper, section 3.2).

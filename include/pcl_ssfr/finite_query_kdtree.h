@@ -8,8 +8,10 @@
 #include <pcl/search/kdtree.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cstddef>
 #include <limits>
+#include <mutex>
 #include <vector>
 
 namespace pcl_ssfr {
@@ -38,6 +40,9 @@ public:
  * finite point it has no index at all and leaves the caller's vectors as they were. Both would make
  * pcl::Registration::getFitnessScore() abort, or report a perfect score. This tree answers such queries with "no
  * neighbour": it returns 0, every distance is +infinity and every index is pcl::UNAVAILABLE.
+ *
+ * The cloud is indexed at the first query, as it is then: pcl::Registration gives each target a tree, which takes more
+ * memory than the target itself, and many users never ask it. The first query may come from several threads at once.
  */
 template <typename PointT>
 class FiniteQueryKdTree : public pcl::search::KdTree<PointT> {
@@ -52,7 +57,7 @@ public:
 
   FiniteQueryKdTree() { this->setPointRepresentation(pcl::make_shared<XyzRepresentation<PointT>>()); }
 
-  /// Index the finite points of \p cloud (of \p indices only, when given).
+  /// Take the finite points of \p cloud (those of \p indices only, when given); they are indexed at the first query.
   void
   setInputCloud(const PointCloudConstPtr& cloud, const pcl::IndicesConstPtr& indices = pcl::IndicesConstPtr()) override
   {
@@ -61,13 +66,17 @@ public:
                                         indices->end(),
                                         [&](pcl::index_t i) { return is_valid((*cloud)[static_cast<std::size_t>(i)]); })
                           : std::any_of(cloud->begin(), cloud->end(), is_valid);
-    if (has_points_) {
-      Base::setInputCloud(cloud, indices);
-      return;
-    }
-    // PCL would print an error and keep a broken index: only remember what was given.
     this->input_ = cloud;
     this->indices_ = indices;
+    is_built_ = false;
+    forgetIndex();
+  }
+
+  /// Whether a query has made the index of the cloud given last.
+  bool
+  isBuilt() const
+  {
+    return is_built_;
   }
 
   /// As in PCL; a query that is not finite has no neighbour.
@@ -78,6 +87,7 @@ public:
                  std::vector<float>& k_sqr_distances) const override
   {
     if (has_points_ && this->getPointRepresentation()->isValid(point)) {
+      build();
       return Base::nearestKSearch(point, k, k_indices, k_sqr_distances);
     }
     const auto count = static_cast<std::size_t>(std::max(k, 0));
@@ -95,6 +105,7 @@ public:
                unsigned int max_nn = 0) const override
   {
     if (has_points_ && this->getPointRepresentation()->isValid(point)) {
+      build();
       return Base::radiusSearch(point, radius, k_indices, k_sqr_distances, max_nn);
     }
     k_indices.clear();
@@ -103,7 +114,38 @@ public:
   }
 
 private:
-  bool has_points_ = false; ///< at least one point of the cloud is indexed
+  /// Index the cloud, if no query has done so.
+  void
+  build() const
+  {
+    if (is_built_.load(std::memory_order_acquire)) {
+      return;
+    }
+    const std::lock_guard<std::mutex> lock(building_);
+    if (!is_built_.load(std::memory_order_relaxed)) {
+      const float epsilon = this->tree_->getEpsilon();
+      this->tree_->setInputCloud(this->input_, this->indices_); // forgets the epsilon
+      this->tree_->setEpsilon(epsilon);
+      is_built_.store(true, std::memory_order_release);
+    }
+  }
+
+  /// Give up the index of an earlier cloud, and that cloud; the settings stay.
+  void
+  forgetIndex()
+  {
+    if (!this->tree_->getInputCloud()) {
+      return;
+    }
+    auto tree = pcl::make_shared<typename Base::KdTreePtr::element_type>(this->sorted_results_);
+    tree->setEpsilon(this->tree_->getEpsilon());
+    tree->setPointRepresentation(this->tree_->getPointRepresentation());
+    this->tree_ = tree;
+  }
+
+  bool has_points_ = false; ///< at least one point of the cloud can be indexed
+  mutable std::atomic<bool> is_built_{false};
+  mutable std::mutex building_;
 };
 
 } // namespace pcl_ssfr

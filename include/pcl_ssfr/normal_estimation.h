@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <pcl_ssfr/deadline.h>
 #include <pcl_ssfr/scan_view.h>
 #include <pcl_ssfr/types.h>
 
@@ -35,9 +36,13 @@ struct NormalEstimationResult {
  *
  * Points with fewer than 3 neighbours, or whose neighbours lie on a line, have no normal and are dropped.
  * \param[in] oriented false: the viewpoint is not believed; normals keep an arbitrary sign and the result says so.
- * \param[in] threads only changes the speed.
+ * \param[in] threads only changes the speed. \param[in] deadline what it gives when that passes meanwhile is of no use
  */
 NormalEstimationResult
-estimateNormals(const ScanView& scan, const NormalOptions& options, bool oriented, unsigned threads = 1);
+estimateNormals(const ScanView& scan,
+                const NormalOptions& options,
+                bool oriented,
+                unsigned threads = 1,
+                const Deadline& deadline = Deadline());
 
 } // namespace pcl_ssfr

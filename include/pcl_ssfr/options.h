@@ -71,7 +71,7 @@ struct Options {
   int max_refinement_steps = 30; ///< bound on the steps of the final polish, >= 1; not read by Paper2017
   double overlap_radius = 0; ///< surfaces match nearer than this [m], at most twice the usual; 0: from the data; not
                              ///< read by Paper2017
-  double time_limit = 0;     ///< of registerScans(), without prepareScan() [s]; 0: none
+  double time_limit = 0;     ///< of registerScans() without a deadline, or of the PCL class' align() [s]; 0: none
   unsigned threads = 1;      ///< 0: all processors, at most kMaxThreads; the result never depends on it
   std::optional<GravityPrior> gravity;           ///< only poses that keep it are considered
   std::optional<GuessTolerance> guess_tolerance; ///< of the guess, when there is one; none: the guess is one candidate

@@ -3,12 +3,14 @@
 
 #pragma once
 
+#include <pcl_ssfr/deadline.h>
 #include <pcl_ssfr/neighbor_index.h>
 #include <pcl_ssfr/normal_estimation.h>
 #include <pcl_ssfr/options.h>
 #include <pcl_ssfr/result.h>
 #include <pcl_ssfr/scan_view.h>
 
+#include <string>
 #include <vector>
 
 namespace pcl_ssfr {
@@ -28,15 +30,17 @@ struct PaperScan {
   Points3 lcp_points;                   ///< samples thinned for the score, relative to normals.origin, 3 x M [m]
   NeighborIndex lcp_index;              ///< over \ref lcp_points
   std::vector<StageReport> stages;      ///< counts and seconds of each stage
+  std::string unfinished; ///< stage in which the time ran out: nothing here may be used then; empty when complete
 };
 
 /** \brief Stages 1 to 5 and the thinning of stage 12 for one scan. Total on data: an empty scan gives an empty value.
  * \param[in] oriented false: the viewpoint is not believed and normals have no sign. The paper takes the sensor to be
  * at the origin, so the pipeline passes true unless the viewpoint mode is Unknown.
+ * \param[in] deadline when it passes meanwhile: see PaperScan::unfinished
  * \throw std::invalid_argument when \p options are out of range.
  */
 PaperScan
-preparePaperScan(const ScanView& scan, const Options& options, bool oriented);
+preparePaperScan(const ScanView& scan, const Options& options, bool oriented, const Deadline& deadline = Deadline());
 
 /** \brief The method as published: Algorithm 2, METHOD stages 6 to 13, without any of the improvements.
  *
@@ -51,6 +55,14 @@ registerPaperScans(const PaperScan& source,
                    const PaperScan& target,
                    const Options& options,
                    const Eigen::Isometry3d* guess = nullptr);
+
+/// The same with a \p deadline in place of Options::time_limit.
+Result
+registerPaperScans(const PaperScan& source,
+                   const PaperScan& target,
+                   const Options& options,
+                   const Eigen::Isometry3d* guess,
+                   const Deadline& deadline);
 
 /// Profile::Paper2017 with the constants of the implementation of 2019, where the two differ (METHOD, second table).
 Options

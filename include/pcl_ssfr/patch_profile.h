@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <pcl_ssfr/deadline.h>
 #include <pcl_ssfr/options.h>
 #include <pcl_ssfr/patch_index.h>
 #include <pcl_ssfr/pose_search.h>
@@ -11,6 +12,7 @@
 #include <pcl_ssfr/result.h>
 #include <pcl_ssfr/scan_view.h>
 
+#include <string>
 #include <vector>
 
 namespace pcl_ssfr {
@@ -33,18 +35,24 @@ struct PatchScan {
   SurfacePoints surface;  ///< points for the final polish ...
   PatchIndex fine_index;  ///< ... and the small planes that the other scan's points are laid on
   std::vector<StageReport> stages;
+  std::string unfinished; ///< stage in which the time ran out: nothing here may be used then; empty when complete
 };
 
-/** \brief Stages 1 to 5 of the default profile for one scan. Never fails on data: see PatchScan::extent and sizes. */
+/** \brief Stages 1 to 5 of the default profile for one scan. Never fails on data: see PatchScan::extent and sizes.
+ * \param[in] deadline when it passes meanwhile: see PatchScan::unfinished
+ */
 PatchScan
-preparePatchScan(const ScanView& scan, const Options& options);
+preparePatchScan(const ScanView& scan, const Options& options, const Deadline& deadline = Deadline());
 
-/** \brief Stages 6 to 13 of the default profile: rotations, translations, visibility, refinement, selection. */
+/** \brief Stages 6 to 13 of the default profile: rotations, translations, visibility, refinement, selection.
+ * \param[in] deadline when it passes meanwhile, what was found so far is judged; Options::time_limit is not read
+ */
 Result
 registerPatchScans(const PatchScan& source,
                    const PatchScan& target,
                    const Options& options,
-                   const Eigen::Isometry3d* guess);
+                   const Eigen::Isometry3d* guess,
+                   const Deadline& deadline = Deadline());
 
 // The rest repeats parts of a registration for those who want to see why it ended as it did.
 
@@ -58,8 +66,8 @@ struct PatchSearch {
   std::size_t refined = 0;           ///< so many of the poses go on to the refinement
 };
 
-/** \brief Stages 6 to 12 once more: one entry for each effort that a registration may make, in their order. The time
- * limit is not read. Empty entries where the scans have no pair of main normals.
+/** \brief Stages 6 to 12 once more: one entry for each effort that a registration may make, in their order, without a
+ * time limit. Empty entries where the scans have no pair of main normals.
  */
 std::vector<PatchSearch>
 repeatSearch(const PatchScan& source, const PatchScan& target, const Options& options);

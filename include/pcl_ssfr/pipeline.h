@@ -10,6 +10,7 @@ namespace pcl_ssfr {
 /** \brief Global registration of two prepared scans: the pose that maps source points into the target frame.
  *
  * Both must have been prepared with these \p options. Same input, same bits, for any number of threads.
+ * When Options::time_limit seconds are over, what was found so far is judged; Status::TimeLimit when that is nothing.
  * \param[in] guess optional: refined and judged as one more candidate; never needed, never degrades the answer
  * \throw std::invalid_argument when \p options are out of range. Data never throw: Result::status says what happened.
  */
@@ -18,5 +19,15 @@ registerScans(const PreparedScan& source,
               const PreparedScan& target,
               const Options& options,
               const Eigen::Isometry3d* guess = nullptr);
+
+/** \brief The same with a \p deadline that may have been set earlier, in place of Options::time_limit: give one to
+ * prepareScans() and to this, and it covers both.
+ */
+Result
+registerScans(const PreparedScan& source,
+              const PreparedScan& target,
+              const Options& options,
+              const Eigen::Isometry3d* guess,
+              const Deadline& deadline);
 
 } // namespace pcl_ssfr

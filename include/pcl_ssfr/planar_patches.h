@@ -40,6 +40,24 @@ struct PlanarPatches {
   }
 };
 
+/// Sums over the points of a cell, from which mean and covariance follow; additive over sub-cells.
+struct CellMoments {
+  double n = 0;                                    ///< points
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();   ///< [m]
+  Eigen::Matrix3d outer = Eigen::Matrix3d::Zero(); ///< sum of p p^T [m^2]
+};
+
+/// A finest cell of a thinned scan: what extractPatches() starts from.
+struct FineCell {
+  std::uint64_t code;  ///< Morton code at its level
+  std::uint32_t first; ///< its first thinned point
+  CellMoments moments;
+};
+
+/// The occupied cells of edge leaf * 2^level, ascending by code.
+std::vector<FineCell>
+accumulateFineCells(const ThinnedCloud& cloud, int level);
+
 /** \brief Divide the scan into the largest octree cells that a plane fits.
  *
  * A cell is a patch when its thickness is within bounds and well under its second extent, else it is split into eight;
@@ -50,6 +68,14 @@ struct PlanarPatches {
  */
 PlanarPatches
 extractPatches(const ThinnedCloud& cloud,
+               const Eigen::Vector3d* viewpoint,
+               double thickness,
+               const PatchOptions& options);
+
+/// The same from the \p cells of the cloud at level options.finest_level, for who extracts patches more than once.
+PlanarPatches
+extractPatches(const ThinnedCloud& cloud,
+               const std::vector<FineCell>& cells,
                const Eigen::Vector3d* viewpoint,
                double thickness,
                const PatchOptions& options);

@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <pcl_ssfr/deadline.h>
 #include <pcl_ssfr/options.h>
 #include <pcl_ssfr/result.h>
 #include <pcl_ssfr/scan_view.h>
@@ -28,6 +29,9 @@ public:
   {
     return !data_;
   }
+  /// False when it is empty, or when time ran out before it was ready: registerScans() then only reports that.
+  bool
+  isComplete() const;
   const PreparedData&
   data() const
   {
@@ -41,15 +45,19 @@ private:
 /** \brief Stages 1 to 5 for one scan: centre, sample, normals or patches, Gaussian sphere, densities, main normals.
  *
  * Never fails on data: a scan that is empty or degenerate gives a prepared scan that registers as such.
+ * \param[in] deadline when it passes meanwhile the scan is not complete; Options::time_limit is not read here
  * \throw std::invalid_argument when \p options are out of range.
  */
 PreparedScan
-prepareScan(const ScanView& scan, const Options& options);
+prepareScan(const ScanView& scan, const Options& options, const Deadline& deadline = Deadline());
 
 /** \brief prepareScan() for both scans of a pair; at the same time where options.threads allows it.
  * \return source and target, the same bits as prepareScan() gives \throw std::invalid_argument as prepareScan()
  */
 std::pair<PreparedScan, PreparedScan>
-prepareScans(const ScanView& source, const ScanView& target, const Options& options);
+prepareScans(const ScanView& source,
+             const ScanView& target,
+             const Options& options,
+             const Deadline& deadline = Deadline());
 
 } // namespace pcl_ssfr

@@ -3,6 +3,8 @@
 
 #pragma once
 
+#include <pcl_ssfr/deadline.h>
+
 #include <Eigen/Core>
 
 #include <algorithm>
@@ -37,18 +39,26 @@ public:
   std::size_t
   cell(const Eigen::Vector3f& d) const
   {
-    const Eigen::Array3f a = d.array().abs();
-    int axis = a.y() > a.x() ? 1 : 0;
-    axis = a.z() > a[axis] ? 2 : axis;
-    const int u = axis == 0 ? 1 : 0;
-    const int v = axis == 2 ? 1 : 2;
-    const float scale = half_ / a[axis];
+    return static_cast<std::size_t>(cell(d.x(), d.y(), d.z()));
+  }
+  /// The same of a direction (\p x, \p y, \p z): without branches, for loops over many.
+  int
+  cell(float x, float y, float z) const
+  {
+    const float xy = std::abs(y) > std::abs(x) ? y : x; // the larger component ...
+    const float yx = std::abs(y) > std::abs(x) ? x : y; // ... and the other
+    const bool along_z = std::abs(z) > std::abs(xy);
+    const bool along_y = std::abs(y) > std::abs(x);
+    const float major = along_z ? z : xy;
+    const float u = along_z ? x : yx;
+    const float v = along_z ? y : z;
+    const float scale = half_ / std::abs(major);
     const auto last = static_cast<float>(resolution_ - 1);
     // The order of the arguments makes NaN 0.
-    const auto column = static_cast<int>(std::max(0.f, std::min(d[u] * scale + half_, last)));
-    const auto row = static_cast<int>(std::max(0.f, std::min(d[v] * scale + half_, last)));
-    const int face = 2 * axis + (d[axis] < 0 ? 1 : 0);
-    return static_cast<std::size_t>((face * resolution_ + row) * resolution_ + column);
+    const auto column = static_cast<int>(std::max(0.f, std::min(u * scale + half_, last)));
+    const auto row = static_cast<int>(std::max(0.f, std::min(v * scale + half_, last)));
+    const int face = (along_z ? 4 : along_y ? 2 : 0) + (major < 0 ? 1 : 0);
+    return (face * resolution_ + row) * resolution_ + column;
   }
 
 private:
@@ -132,9 +142,13 @@ twoDepthShare(const Eigen::Matrix3Xf& points, const Eigen::Vector3f& viewpoint, 
 /** \brief Whether \p points (3 x N) look as if they were seen from \p viewpoint (METHOD point 11): they spread over as
  * many directions as seen from their centroid, and few directions hold two depths, markedly fewer than from places
  * around. \param[in] scale of the scene, > 0: 1 for rooms to streets; the places tried are 3 m * scale away
+ * \param[in] deadline when it passes meanwhile, the answer is of no use
  */
 bool
-isPlausibleViewpoint(const Eigen::Matrix3Xf& points, const Eigen::Vector3f& viewpoint, double scale);
+isPlausibleViewpoint(const Eigen::Matrix3Xf& points,
+                     const Eigen::Vector3f& viewpoint,
+                     double scale,
+                     const Deadline& deadline = Deadline());
 
 /** \brief A place from which a scan may have been seen, found by trying places among its points: there the most
  * directions see something and the fewest see two depths. It need not be the sensor: in an empty room any place will
@@ -142,7 +156,7 @@ isPlausibleViewpoint(const Eigen::Matrix3Xf& points, const Eigen::Vector3f& view
  * \param[in] points 3 x N, as dense as the sensor made them: they crowd around it \param[in] thinned 3 x M, the same
  * scan with an even density \param[in] scale of the scene, as above \param[in] threads at least 1
  * \param[in] doubted a place that isPlausibleViewpoint() doubts; may be null. When it does nearly as well as the best,
- * the scan tells no place
+ * the scan tells no place \param[in] deadline when it passes meanwhile, the answer is of no use
  * \return none when even from the best place the scan looks as if it was merged of several
  */
 std::optional<Eigen::Vector3f>
@@ -150,6 +164,7 @@ findViewpoint(const Eigen::Matrix3Xf& points,
               const Eigen::Matrix3Xf& thinned,
               double scale,
               unsigned threads,
-              const Eigen::Vector3f* doubted = nullptr);
+              const Eigen::Vector3f* doubted = nullptr,
+              const Deadline& deadline = Deadline());
 
 } // namespace pcl_ssfr

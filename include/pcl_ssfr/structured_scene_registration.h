@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <pcl_ssfr/deadline.h>
 #include <pcl_ssfr/options.h>
 #include <pcl_ssfr/pipeline.h>
 #include <pcl_ssfr/prepared_scan.h>
@@ -62,6 +63,15 @@ namespace pcl_ssfr {
  *
  * **Cached work.** The target and the source are prepared once and kept until their setter (or setIndices(), or the
  * setter of an option that matters) is called again. A cloud edited in place must therefore be set again.
+ *
+ * **Work on demand.** The search tree of the target takes 1.7 times the memory of a cloud of pcl::PointXYZ, and the
+ * registration has no use for it: it is built when getFitnessScore() or getCorrespondences() first asks it, from the
+ * clouds as they are then, unlike with ICP. So is the list of correspondences. A search method that was set by
+ * setSearchMethodTarget() is filled at once, as PCL does it.
+ *
+ * **Time limit.** setTimeLimit() bounds the whole of align(), preparation included, but for the copying of the source
+ * into the output. When it ends the preparation, the status is Status::TimeLimit, the message names the stage, and the
+ * scans that were not ready are prepared anew by the next align().
  *
  * **Inherited settings**
  *
@@ -203,8 +213,8 @@ public:
   /// Polish the answer by robust point-to-plane steps (on by default in Profile::Default).
   void
   setRefinement(bool refine);
-  /// Stop looking for better answers so long after the call of align() [s]; 0 (default): no limit. What must be
-  /// prepared is prepared to the end, and the answer is polished. With a limit, runs may differ.
+  /// End so long after the call of align() [s], with the best answer by then; 0 (default): no limit. Preparation counts
+  /// when it is not cached. With a limit, runs may differ.
   void
   setTimeLimit(double seconds);
 
@@ -230,13 +240,10 @@ public:
   /** \brief The inliers of the last accepted pose, in the order of the indexed points.
    *
    * `index_query` points into the source, `index_match` into the target, `distance` is *squared* [m^2]. Empty when
-   * nothing was accepted.
+   * nothing was accepted. They are looked for at the first call after align(), in the clouds as they are then.
    */
   pcl::CorrespondencesConstPtr
-  getCorrespondences() const
-  {
-    return correspondences_;
-  }
+  getCorrespondences() const;
 
 protected:
   using Base::converged_;
@@ -306,10 +313,11 @@ private:
   aliasingProblem(const PointCloudSource& output) const;
   /// Prepare what is not cached, register, and store the answer in result_. Never throws.
   void
-  runPipeline(const std::optional<Eigen::Isometry3d>& guess, const Options& options);
-  /// Fill correspondences_ with the indexed points that lie nearer to the target than the overlap radius under \p T.
+  runPipeline(const std::optional<Eigen::Isometry3d>& guess, const Options& options, const Deadline& deadline);
+  /// Fill correspondences_ with the indexed points that lie nearer to the target than the overlap radius under the pose
+  /// of result_.
   void
-  findCorrespondences(const Eigen::Isometry3d& T, const Options& options);
+  findCorrespondences() const;
   /// Call the visualiser with all points of the source moved, and the correspondences.
   void
   notifyVisualizer();
@@ -324,6 +332,8 @@ private:
   int prepared_refinement_steps_ = 0;
   bool prepared_refine_ = false;
   Result result_;
+  mutable bool correspondences_wanted_ = false;     ///< a pose was accepted, and nobody has asked for them yet
+  double correspondence_radius_ = 0;                ///< of them [m]; 0: from the data
   unsigned warned_ = 0;                             ///< of Ignored: already reported
   typename Base::KdTreeReciprocalPtr default_tree_; ///< the source's tree that the base made
 

@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <pcl_ssfr/deadline.h>
 #include <pcl_ssfr/scan_view.h>
 
 #include <Eigen/Core>
@@ -22,9 +23,10 @@ struct ScanExtent {
   double radius = 0; ///< 90th percentile of the distance to the median, of the same points [m]
 };
 
-/// Measure a scan; non-finite points are skipped. All zero for an empty scan.
+/// Measure a scan; non-finite points are skipped. All zero for an empty scan. What it gives when \p deadline passes
+/// meanwhile is of no use.
 ScanExtent
-measureExtent(const ScanView& scan);
+measureExtent(const ScanView& scan, const Deadline& deadline = Deadline());
 
 /** \brief One averaged point a voxel, in Morton order of the voxels, so that every octree cell is a contiguous range.
  *
@@ -49,9 +51,14 @@ struct ThinnedCloud {
  *
  * Points farther than \p max_distance [m] from the origin along any axis are dropped (0: no bound); so is whatever
  * would leave the 2^21 voxels that a Morton code addresses along each axis. The result does not depend on \p threads.
+ * When \p deadline passes meanwhile it is empty. Beside the result it needs 6 bytes a point.
  */
 ThinnedCloud
-thinScan(
-    const ScanView& scan, double leaf, const Eigen::Vector3d& origin, double max_distance = 0, unsigned threads = 1);
+thinScan(const ScanView& scan,
+         double leaf,
+         const Eigen::Vector3d& origin,
+         double max_distance = 0,
+         unsigned threads = 1,
+         const Deadline& deadline = Deadline());
 
 } // namespace pcl_ssfr

@@ -14,7 +14,6 @@
 #include <pcl/type_traits.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -381,11 +380,9 @@ void
 StructuredSceneRegistration<PointSource, PointTarget, Scalar>::computeTransformation(PointCloudSource& output,
                                                                                      const Matrix4& guess)
 {
+  const Deadline deadline = Deadline::after(options_.time_limit);
   warnOfIgnoredSettings();
-  correspondences_->clear();
-  nr_iterations_ = 0;
-  converged_ = false;
-  result_ = Result();
+  resetResult();
 
   // A guess that cannot be a pose is not judged; as with ICP it still is the answer of a failed run, if it is finite.
   std::optional<Eigen::Isometry3d> usable_guess;
@@ -418,32 +415,44 @@ StructuredSceneRegistration<PointSource, PointTarget, Scalar>::computeTransforma
   }
 
   const Options options = getOptions();
-  runPipeline(usable_guess, options);
+  runPipeline(usable_guess, options, deadline);
   nr_iterations_ = static_cast<int>(result_.candidates.size());
   converged_ = result_.accepted();
   if (converged_) {
     final_transformation_ = detail::rigidMatrix(result_.T_target_source).template cast<Scalar>();
     transformation_ = final_transformation_;
-    const auto start = std::chrono::steady_clock::now();
-    findCorrespondences(result_.T_target_source, options);
-    StageReport report;
-    report.name = "correspondences";
-    report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    report.count_in = indices_->size();
-    report.count_out = correspondences_->size();
-    result_.stages.push_back(std::move(report));
+    correspondences_wanted_ = true;
+    correspondence_radius_ = options.overlap_radius;
   }
   if (update_visualizer_) {
     notifyVisualizer();
   }
 
-  // Last of all, because the output may be the source.
+  if (&output != input_.get()) {
+    if (final_transformation_ == Matrix4::Identity()) { // the base has copied the points
+      output.sensor_origin_ = input_->sensor_origin_;
+      output.sensor_orientation_ = input_->sensor_orientation_;
+      return;
+    }
+    detail::moveCloud(*input_, *indices_, final_transformation_, output);
+    return;
+  }
+  getCorrespondences(); // while the source is there
   PointCloudSource moved;
   detail::moveCloud(*input_, *indices_, final_transformation_, moved);
-  if (&output == input_.get()) {
-    prepared_source_ = PreparedScan();
-  }
+  prepared_source_ = PreparedScan();
   output.swap(moved);
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
+pcl::CorrespondencesConstPtr
+StructuredSceneRegistration<PointSource, PointTarget, Scalar>::getCorrespondences() const
+{
+  if (correspondences_wanted_) {
+    correspondences_wanted_ = false;
+    findCorrespondences();
+  }
+  return correspondences_;
 }
 
 template <typename PointSource, typename PointTarget, typename Scalar>
@@ -476,6 +485,7 @@ StructuredSceneRegistration<PointSource, PointTarget, Scalar>::resetResult()
   converged_ = false;
   nr_iterations_ = 0;
   correspondences_->clear();
+  correspondences_wanted_ = false;
   result_ = Result();
 }
 
@@ -558,7 +568,7 @@ StructuredSceneRegistration<PointSource, PointTarget, Scalar>::aliasingProblem(c
 template <typename PointSource, typename PointTarget, typename Scalar>
 void
 StructuredSceneRegistration<PointSource, PointTarget, Scalar>::runPipeline(
-    const std::optional<Eigen::Isometry3d>& guess, const Options& options)
+    const std::optional<Eigen::Isometry3d>& guess, const Options& options, const Deadline& deadline)
 {
   // The setters of the base are not virtual: what they changed since is seen only here.
   const bool is_same_radius =
@@ -570,24 +580,26 @@ StructuredSceneRegistration<PointSource, PointTarget, Scalar>::runPipeline(
     prepared_refinement_steps_ = options.max_refinement_steps;
     prepared_refine_ = options.refine;
   }
-  const auto start = std::chrono::steady_clock::now();
   try {
     const auto source = [&] {
       return detail::viewOf(*input_, fake_indices_ ? nullptr : indices_.get(), source_viewpoint_);
     };
     const auto target = [&] { return detail::viewOf(*target_, nullptr, target_viewpoint_); };
     if (prepared_source_.empty() && prepared_target_.empty()) {
-      std::tie(prepared_source_, prepared_target_) = prepareScans(source(), target(), options);
+      std::tie(prepared_source_, prepared_target_) = prepareScans(source(), target(), options, deadline);
     }
     if (prepared_target_.empty()) {
-      prepared_target_ = prepareScan(target(), options);
+      prepared_target_ = prepareScan(target(), options, deadline);
     }
     if (prepared_source_.empty()) {
-      prepared_source_ = prepareScan(source(), options);
+      prepared_source_ = prepareScan(source(), options, deadline);
     }
-    const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
-    result_ = registerScans(
-        prepared_source_, prepared_target_, afterSpending(options, spent.count()), guess ? &*guess : nullptr);
+    result_ = registerScans(prepared_source_, prepared_target_, options, guess ? &*guess : nullptr, deadline);
+    for (PreparedScan* scan : {&prepared_source_, &prepared_target_}) {
+      if (!scan->isComplete()) {
+        *scan = PreparedScan();
+      }
+    }
   }
   catch (const std::exception& error) {
     dropPrepared();
@@ -600,9 +612,9 @@ StructuredSceneRegistration<PointSource, PointTarget, Scalar>::runPipeline(
 
 template <typename PointSource, typename PointTarget, typename Scalar>
 void
-StructuredSceneRegistration<PointSource, PointTarget, Scalar>::findCorrespondences(const Eigen::Isometry3d& T,
-                                                                                   const Options& options)
+StructuredSceneRegistration<PointSource, PointTarget, Scalar>::findCorrespondences() const
 {
+  const Eigen::Isometry3d& T = result_.T_target_source;
   // The base's tree, unless the user made it for another cloud.
   typename Base::KdTreePtr tree = tree_;
   if (tree->getInputCloud() != target_) {
@@ -616,7 +628,7 @@ StructuredSceneRegistration<PointSource, PointTarget, Scalar>::findCorrespondenc
     return; // PCL's own tree has no index then, and must not be asked
   }
 
-  auto radius = static_cast<float>(options.overlap_radius);
+  auto radius = static_cast<float>(correspondence_radius_);
   if (!(radius > 0)) {
     std::vector<float> squared_spacings;
     const std::size_t step = std::max<std::size_t>(target_->size() / detail::kSpacingProbes, 1);
@@ -638,7 +650,7 @@ StructuredSceneRegistration<PointSource, PointTarget, Scalar>::findCorrespondenc
   std::vector<float> squared_distances(indices_->size(), 0.0F);
   const float squared_radius = radius * radius;
 #ifdef _OPENMP
-#pragma omp parallel num_threads(detail::threadCount(options.threads))
+#pragma omp parallel num_threads(detail::threadCount(options_.threads))
 #endif
   {
     pcl::Indices neighbor(1);
@@ -685,7 +697,7 @@ StructuredSceneRegistration<PointSource, PointTarget, Scalar>::notifyVisualizer(
   detail::moveCloud(*input_, all, final_transformation_, moved);
   pcl::Indices source_indices;
   pcl::Indices target_indices;
-  for (const pcl::Correspondence& pair : *correspondences_) {
+  for (const pcl::Correspondence& pair : *getCorrespondences()) {
     source_indices.push_back(pair.index_query);
     target_indices.push_back(pair.index_match);
   }
