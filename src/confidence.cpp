@@ -12,12 +12,12 @@ namespace {
 
 /// Logistic model over the evidence.
 struct Coefficients {
-  double constant, score, tightness, ratio, third;
+  double constant, score, tightness, ratio, third, contradiction;
 };
-// Fitted by scripts/fit_confidence on 364 right and 253 wrong answers (real pairs turned at random, scans of different
-// places, simulated rooms, halls and streets); without free space on 105 and 95.
-constexpr Coefficients kWithFreeSpace = {12.254, 2.930, 0.667, 0, 1.262};
-constexpr Coefficients kWithoutFreeSpace = {6.351, 0.909, -1.489, -0.896, 0.638};
+// Fitted by scripts/fit_confidence on 647 right and 138 wrong answers (real pairs turned at random, scans of different
+// places, simulated offices, flats, halls and streets); without free space on 105 and 95.
+constexpr Coefficients kWithFreeSpace = {10.380, 2.249, 0.178, -5.751, 0.344, -134.8};
+constexpr Coefficients kWithoutFreeSpace = {6.351, 0.909, -1.489, -0.896, 0.638, 0};
 constexpr double kMinScore = 0.02;
 constexpr double kMinThird = 0.001;
 
@@ -29,9 +29,11 @@ estimateConfidence(const Candidate& best, double rival_ratio, bool free_space)
   if (!(best.score > 0))
     return 0;
   const Coefficients& c = free_space ? kWithFreeSpace : kWithoutFreeSpace;
+  const double visible = std::max(best.overlap + best.contradiction + best.evidence.unmatched, kMinScore);
   const double logit = c.constant + c.score * std::log(std::max(best.score, kMinScore)) +
                        c.tightness * best.evidence.tightness + c.ratio * std::clamp(rival_ratio, -1.0, 1.0) +
-                       c.third * std::log(best.evidence.third_direction + kMinThird);
+                       c.third * std::log(best.evidence.third_direction + kMinThird) +
+                       c.contradiction * best.contradiction / visible;
   return 1 / (1 + std::exp(-logit));
 }
 

@@ -137,6 +137,16 @@ TEST(AlignOptions, errorsNameWhatIsWrong)
   EXPECT_THAT(usageError({"s.pcd", "t.pcd", "--gravity", "0,0"}), HasSubstr("--gravity: '0,0'"));
   EXPECT_THAT(usageError({"s.pcd", "t.pcd", "--gravity", "0,0,up"}), HasSubstr("'up'"));
   EXPECT_THAT(usageError({"s.pcd", "t.pcd", "--gravity", "0,0,0"}), HasSubstr("not a direction"));
+  const auto tolerance = [](const std::string& value) {
+    return usageError({"s.pcd", "t.pcd", "--guess", "T.txt", "--guess-tolerance", value});
+  };
+  EXPECT_THAT(tolerance("5"), HasSubstr("--guess-tolerance: '5' is not DEG,M"));
+  EXPECT_THAT(tolerance("5,m"), HasSubstr("--guess-tolerance: 'm' is not a number"));
+  EXPECT_THAT(tolerance("0,1"), HasSubstr("(0, 180]"));
+  EXPECT_THAT(tolerance("5,-1"), HasSubstr("greater than 0"));
+  EXPECT_THAT(usageError({"s.pcd", "t.pcd", "--guess-tolerance", "5,1"}), HasSubstr("needs --guess"));
+  EXPECT_THAT(usageError({"s.pcd", "t.pcd", "--guess", "T.txt", "--guess-tolerance", "5,1", "--method", "ndt"}),
+              HasSubstr("not read by --method ndt"));
   EXPECT_THAT(usageError({"s.pcd", "t.pcd", "--output", "moved.las"}), HasSubstr("moved.las"));
   EXPECT_THAT(usageError({"s.pcd", "t.pcd", "--output="}), HasSubstr("--output"));
   EXPECT_THAT(usageError({"s.pcd", "t.pcd", "--refine", "--no-refine"}), HasSubstr("--refine"));

@@ -70,6 +70,26 @@ TEST(Confidence, NoEvidenceNoConfidence)
   EXPECT_EQ(estimateConfidence(nothing, 0.5, true), 0);
 }
 
+TEST(Confidence, FallsWithContradictionsAndWithARival)
+{
+  // Two offices alike: most surface meets, but the desks stand elsewhere.
+  Candidate twin = goodCandidate();
+  twin.overlap = 0.7;
+  twin.contradiction = 0.028;
+  rate(twin);
+  Candidate same_score = goodCandidate();
+  same_score.overlap = twin.score;
+  same_score.contradiction = 0;
+  rate(same_score);
+  EXPECT_LT(estimateConfidence(twin, 0.2, true), estimateConfidence(same_score, 0.2, true));
+  double before = 1;
+  for (double ratio = -1; ratio < 1; ratio += 0.1) {
+    const double now = estimateConfidence(goodCandidate(), ratio, true);
+    EXPECT_LT(now, before);
+    before = now;
+  }
+}
+
 TEST(Confidence, IsAProbabilityForAnyEvidence)
 {
   testing::Random random(1);

@@ -202,6 +202,13 @@ TEST(Options, GravityMustBeUnitVectors)
   options.gravity->up_target = Eigen::Vector3d::UnitX();
   options.gravity->tolerance = 0;
   EXPECT_EQ(complaint(options), "gravity.tolerance = 0, must be in (0, pi] radians");
+  options.gravity.reset();
+  options.guess_tolerance = GuessTolerance{0, 1};
+  EXPECT_EQ(complaint(options), "guess_tolerance.rotation = 0, must be in (0, pi] radians");
+  options.guess_tolerance = GuessTolerance{0.1, kNan};
+  EXPECT_EQ(complaint(options).rfind("guess_tolerance.translation = nan", 0), 0U);
+  options.guess_tolerance = GuessTolerance{0.1, 0.5};
+  EXPECT_EQ(complaint(options), "");
 }
 
 } // namespace

@@ -240,6 +240,44 @@ TEST(PatchIndex, VoxelGrowsUntilTheGridFits)
     EXPECT_GE(index.find(index.centroid(i), index.normal(i), tolerance(0.3f, 0.3f)), 0);
 }
 
+TEST(PatchIndex, DistanceToAPlaneIsLessCertainAwayFromItsPoints)
+{
+  // Against planes fitted to noisy points again and again.
+  constexpr int kPoints = 12;
+  constexpr int kTrials = 4000;
+  constexpr double kNoise = 0.01;
+  testing::Random random(5);
+  Eigen::Matrix3Xd places(3, kPoints); // on z = 0, about 4 by 2
+  for (int i = 0; i < kPoints; ++i)
+    places.col(i) << 4 * (i % 4) / 3.0 - 2, i / 4 - 1, 0;
+  const Eigen::Matrix3d covariance = places * places.transpose() / kPoints;
+  PlanarPatches patches;
+  addPatch(patches,
+           {Eigen::Vector3d::Zero(),
+            Eigen::Vector3d(std::sqrt(3 * covariance(0, 0)), 0, 0),
+            Eigen::Vector3d(0, std::sqrt(3 * covariance(1, 1)), 0)});
+  patches.counts = {kPoints};
+  const PatchIndex index(patches, 0.5);
+  for (const Eigen::Vector2d& place : {Eigen::Vector2d(0, 0), Eigen::Vector2d(2, 1), Eigen::Vector2d(-3, 0.5)}) {
+    double squares = 0;
+    for (int trial = 0; trial < kTrials; ++trial) {
+      Eigen::Matrix<double, kPoints, 3> design;
+      Eigen::Matrix<double, kPoints, 1> heights;
+      for (int i = 0; i < kPoints; ++i) {
+        design.row(i) << 1, places(0, i), places(1, i);
+        heights[i] = kNoise * random.gaussian();
+      }
+      const Eigen::Vector3d plane = design.colPivHouseholderQr().solve(heights);
+      const double distance = kNoise * random.gaussian() - plane.dot(Eigen::Vector3d(1, place.x(), place.y()));
+      squares += distance * distance;
+    }
+    const double expected = squares / kTrials / (kNoise * kNoise);
+    const float variance =
+        index.distanceVariance(0, Eigen::Vector3f(place.cast<float>().x(), place.cast<float>().y(), 0));
+    EXPECT_NEAR(variance, expected, 0.1 * expected) << place.transpose();
+  }
+}
+
 TEST(PatchIndex, Empty)
 {
   for (const PatchIndex& index : {PatchIndex(), PatchIndex(PlanarPatches(), 0.5)}) {

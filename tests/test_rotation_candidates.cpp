@@ -8,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace pcl_ssfr {
@@ -182,6 +183,49 @@ TEST(RotationCandidates, RepeatsItself)
   ASSERT_EQ(first.size(), second.size());
   for (std::size_t i = 0; i < first.size(); ++i)
     EXPECT_EQ(first[i].R_target_source, second[i].R_target_source);
+}
+
+TEST(SweepRotations, GoesAllAroundTheSharedAxis)
+{
+  testing::Random random(7);
+  const int steps = 40;
+  const Eigen::Vector3d source = testing::randomRotation(random).col(0);
+  const Eigen::Vector3d target = testing::randomRotation(random).col(0);
+  const std::vector<RotationCandidate> sweep = sweepRotations({source}, {target}, steps);
+  ASSERT_EQ(sweep.size(), static_cast<std::size_t>(steps));
+  for (const RotationCandidate& candidate : sweep) {
+    EXPECT_NEAR(candidate.R_target_source.determinant(), 1, 1e-9);
+    EXPECT_LT((candidate.R_target_source * source - target).norm(), 1e-9);
+  }
+  // Whatever the turn about the axis, one of the sweep is within half a step.
+  const Eigen::Matrix3d onto = Eigen::Quaterniond::FromTwoVectors(source, target).toRotationMatrix();
+  for (int trial = 0; trial < 100; ++trial) {
+    const Eigen::Matrix3d R = Eigen::AngleAxisd(random.uniform(-3.2, 3.2), target).toRotationMatrix() * onto;
+    double nearest = 10;
+    for (const RotationCandidate& candidate : sweep)
+      nearest = std::min(nearest, angleBetween(candidate.R_target_source, R));
+    EXPECT_LT(nearest, 180 * kDegree / steps + 1e-9);
+  }
+}
+
+TEST(SweepRotations, OppositeAxesAreTriedBothWaysUpOnce)
+{
+  // Floor and ceiling in both scans: floor onto floor is ceiling onto ceiling.
+  const std::vector<Eigen::Vector3d> axes = {Eigen::Vector3d::UnitZ(), -Eigen::Vector3d::UnitZ()};
+  const std::vector<RotationCandidate> sweep = sweepRotations(axes, axes, 36);
+  std::size_t upright = 0, upside_down = 0;
+  for (const RotationCandidate& candidate : sweep)
+    (candidate.R_target_source(2, 2) > 0 ? upright : upside_down) += 1;
+  EXPECT_EQ(upright, 36U);
+  EXPECT_GE(upside_down, 36U);
+  EXPECT_LE(upside_down, 72U);
+}
+
+TEST(SweepRotations, Empty)
+{
+  EXPECT_TRUE(sweepRotations({}, {Eigen::Vector3d::UnitZ()}, 10).empty());
+  EXPECT_TRUE(sweepRotations({Eigen::Vector3d::UnitZ()}, {}, 10).empty());
+  EXPECT_EQ(sweepRotations({Eigen::Vector3d::UnitZ()}, {Eigen::Vector3d::UnitX()}, 1).size(), 1U);
 }
 
 } // namespace
