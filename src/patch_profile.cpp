@@ -1105,7 +1105,7 @@ preparePatchScan(const ScanView& scan, const Options& options, const Deadline& d
     return prepared;
 
   const Eigen::Vector3d* seen_from = prepared.viewpoint_used ? &viewpoint : nullptr;
-  const std::vector<FineCell> cells = accumulateFineCells(cloud, patches.finest_level);
+  std::vector<FineCell> cells = accumulateFineCells(cloud, patches.finest_level);
   prepared.thickness = patches.thickness > 0 ? patches.thickness
                                              : choosePatchThickness(cloud, cells, kThickness * prepared.scale, patches);
   prepared.patches = extractPatches(cloud, cells, seen_from, prepared.thickness, patches);
@@ -1119,11 +1119,13 @@ preparePatchScan(const ScanView& scan, const Options& options, const Deadline& d
   prepared.votes = drawVotingSamples(prepared.patches.samples, prepared.main_normals, PoseSearchOptions{}.samples);
   const Representatives coarse = drawRepresentatives(prepared.patches.samples, prepared.main_normals, kCoarsePatches);
   prepared.coarse = selectPatches(prepared.patches, coarse.indices, coarse.weights);
-  prepared.index = PatchIndex(prepared.patches, kVoxel * prepared.scale);
   patches.split_above = kPolishSplit;
   patches.min_points = std::max(patches.min_points, kPolishMinPoints);
   const PlanarPatches small = extractPatches(cloud, cells, seen_from, prepared.thickness, patches);
   prepared.surface = drawSurfacePoints(cloud, small, kPolishPointsAPatch);
+  cells = std::vector<FineCell>(); // their memory goes before the indices need some
+  cloud = ThinnedCloud();
+  prepared.index = PatchIndex(prepared.patches, kVoxel * prepared.scale);
   prepared.fine_index = PatchIndex(small, kFineVoxel * prepared.scale);
   prepared.stages.push_back(clock.lap("index", count(prepared.patches.size()), count(prepared.surface.points.cols())));
   return prepared; // complete, even if the time has run out meanwhile

@@ -73,17 +73,15 @@ struct SightBlock {
        const DirectionGrid& grid)
   {
     const float* const coordinates = points.data() + 3 * first;
-    const Eigen::Vector3f from = place;
     for (std::size_t i = 0; i < count; ++i) {
-      x[i] = coordinates[3 * i] - from.x();
-      y[i] = coordinates[3 * i + 1] - from.y();
-      z[i] = coordinates[3 * i + 2] - from.z();
+      x[i] = coordinates[3 * i] - place.x();
+      y[i] = coordinates[3 * i + 1] - place.y();
+      z[i] = coordinates[3 * i + 2] - place.z();
     }
     for (std::size_t i = 0; i < count; ++i)
       range[i] = Eigen::Vector3f(x[i], y[i], z[i]).norm();
-    const DirectionGrid cells_of = grid;
     for (std::size_t i = 0; i < count; ++i)
-      cells[i] = cells_of.cell(x[i], y[i], z[i]);
+      cells[i] = grid.cell(x[i], y[i], z[i]);
   }
 };
 

@@ -70,7 +70,8 @@ struct CellChain {
 /// For each point that is used: the next one in its cell, and the Morton code of its voxel within the cell.
 struct PointChains {
   explicit PointChains(std::size_t size)
-      : next(new std::uint32_t[size]), voxel(new std::uint16_t[size]) // not filled: pages that are not used cost nothing
+      : next(new std::uint32_t[size]),
+        voxel(new std::uint16_t[size]) // not filled: pages that are not used cost nothing
   {}
 
   std::unique_ptr<std::uint32_t[]> next;

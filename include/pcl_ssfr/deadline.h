@@ -27,7 +27,8 @@ public:
     Deadline deadline;
     if (seconds > 0 && seconds < kForever) {
       deadline.is_set_ = true;
-      deadline.end_ = Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
+      deadline.end_ =
+          Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
     }
     return deadline;
   }
