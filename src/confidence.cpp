@@ -14,8 +14,8 @@ namespace {
 struct Coefficients {
   double constant, score, tightness, ratio, third, contradiction;
 };
-// Fitted by scripts/fit_confidence on 918 right and 127 wrong answers (real pairs turned at random and as they are, scans
-// of different places, simulated offices, flats, halls and streets); without free space on 105 and 95.
+// Fitted by scripts/fit_confidence on 918 right and 127 wrong answers (real pairs turned at random and as they are,
+// scans of different places, simulated offices, flats, halls and streets); without free space on 105 and 95.
 constexpr Coefficients kWithFreeSpace = {11.342, 2.624, -0.900, -4.724, 0.355, -116.1};
 constexpr Coefficients kWithoutFreeSpace = {6.351, 0.909, -1.489, -0.896, 0.638, 0};
 constexpr double kMinScore = 0.02;
