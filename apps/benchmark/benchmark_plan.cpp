@@ -213,6 +213,7 @@ makePlan(const BenchmarkArguments& arguments)
   BenchmarkPlan plan;
   plan.methods = chooseMethods(arguments);
   plan.run.timeout = arguments.timeout;
+  plan.run.cpu_timeout = arguments.cpu_timeout;
   plan.run.threads = arguments.threads;
   if (!arguments.parameters.empty()) {
     try {
@@ -226,6 +227,7 @@ makePlan(const BenchmarkArguments& arguments)
   plan.settings["perturb"] = toString(arguments.perturbation);
   plan.settings["seed"] = arguments.seed;
   plan.settings["timeout_s"] = arguments.timeout;
+  plan.settings["cpu_timeout_s"] = arguments.cpu_timeout; // 0: none
   plan.settings["threads"] = arguments.threads;
   plan.settings["parameters"] = toJson(plan.run.rule);
   plan.settings["datasets"] = Json::object();
