@@ -225,6 +225,8 @@ public:
     drain(errors_.read.get(), outcome_.errors, kKeptErrors);
     kill(-process_, SIGKILL); // whatever it left behind
     outcome_.seconds = since(began_);
+    // The kernel does not count the children of a killed child that nobody waited for.
+    outcome_.cpu_seconds = std::max(outcome_.cpu_seconds, sampled_cpu_) - cpu_at_began_;
     // A child is born with the memory of its parent: where that is all that the kernel counted, its own was sampled.
     if (outcome_.peak_rss_mib <= memory_at_start_ * 1.05 && sampled_memory_ > 0)
       outcome_.peak_rss_mib = sampled_memory_;
@@ -311,7 +313,7 @@ private:
     if (request_.loading_limit > 0 && !loaded_ && outcome_.output.find('\n') != std::string::npos) {
       loaded_ = true;
       began_ = Clock::now();
-      cpu_at_began_ = request_.cpu_limit > 0 ? cpuSecondsOf(process_) : 0;
+      cpu_at_began_ = cpuSecondsOf(process_);
     }
     sampled_memory_ = std::max(sampled_memory_, memoryOf(std::to_string(process_)));
     if (output_.read.get() < 0 && errors_.read.get() < 0)
@@ -330,10 +332,12 @@ private:
   bool
   hasUsedUp()
   {
-    if (!(request_.cpu_limit > 0) || (request_.loading_limit > 0 && !loaded_) || since(cpu_looked_) < kCpuPollSeconds)
+    if (since(cpu_looked_) < kCpuPollSeconds)
       return false;
     cpu_looked_ = Clock::now();
-    return cpuSecondsOf(process_) - cpu_at_began_ > request_.cpu_limit;
+    sampled_cpu_ = std::max(sampled_cpu_, cpuSecondsOf(process_));
+    const bool loading = request_.loading_limit > 0 && !loaded_;
+    return request_.cpu_limit > 0 && !loading && sampled_cpu_ - cpu_at_began_ > request_.cpu_limit;
   }
 
   void
@@ -381,6 +385,7 @@ private:
   Clock::time_point began_;
   Clock::time_point cpu_looked_;
   double cpu_at_began_ = 0; ///< processor time spent on loading [s]
+  double sampled_cpu_ = 0;  ///< processor time when it was last looked at [s]
   std::size_t written_ = 0;
   bool loaded_ = false;
   bool ending_ = false;

@@ -29,7 +29,7 @@ struct ChildOutcome {
   std::string output;      ///< end of its standard output
   std::string errors;      ///< end of its standard error
   double seconds = 0;      ///< wall clock from the start, or from the first line where loading_limit is set [s]
-  double cpu_seconds = 0;  ///< of it and the children it waited for [s]
+  double cpu_seconds = 0;  ///< processor time of it and its children, from the same moment on [s]
   double peak_rss_mib = 0; ///< largest resident memory of it or of a child it waited for [MiB]
 };
 
