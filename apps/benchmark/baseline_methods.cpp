@@ -59,6 +59,7 @@ makeGoIcp(const MethodInput& input)
   auto method = makeBaseline<baselines::GoIcp<MethodPoint, MethodPoint>>(input);
   method->setSourcePoints(static_cast<int>(input.rule.go_icp_points));
   method->setTrimFraction(input.rule.go_icp_trim);
+  method->setMseThreshold(input.rule.go_icp_tolerance);
   method->setTimeLimit(input.rule.max_seconds, baselines::TimeLimitClock::Processor);
   return method;
 }

@@ -41,7 +41,8 @@ struct ParameterRule {
   double expected_overlap = 0.5;     ///< that fpcs, kfpcs and super4pcs are told
   double go_icp_points = 500;        ///< points of the source that go_icp works on
   double go_icp_trim = 0.3;          ///< share of the source that go_icp leaves out
-  double max_seconds = 60; ///< after which methods that can stop themselves do; processor time but for PCL's [s]
+  double go_icp_tolerance = 1e-4; ///< of go_icp's mean squared error [largest coordinate about the centroid, squared]
+  double max_seconds = 60; ///< after which methods that can stop themselves do [s]: processor time, but for PCL's
   Options ssfr = makeOptions(Profile::Default);        ///< scales of ssfr and of the first step of ssfr_icp, ...
   Options paper2017 = makeOptions(Profile::Paper2017); ///< scales of ssfr_paper2017
 };
