@@ -104,8 +104,8 @@ chooseMethods(const BenchmarkArguments& arguments)
     if (other != external.end())
       names_external = true;
     else if (!findMethod(name))
-      throw UsageError("--methods: " + io::inQuotes(name) + " is not a method; see the list in --help" +
-                       (arguments.external.empty() ? "" : " and " + arguments.external));
+      throw UsageError("--methods: " + io::inQuotes(name) + " is not a method" +
+                       (arguments.external.empty() ? "" : ", nor is it in " + arguments.external));
     add(other != external.end() ? *other : ours(name));
   }
   if (!names_external)
