@@ -510,10 +510,13 @@ TEST(Super4PCS, StopsWhenTold)
   EXPECT_GE(easy.overlap, 0.01);
   options = {};
   options.time_limit = 1e-9;
-  const BaselineResult late = registerSuper4Pcs(viewOfPoints(scans.source), viewOfPoints(scans.target), options);
-  EXPECT_EQ(late.iterations, 0);
-  EXPECT_FALSE(late.converged);
-  EXPECT_NE(late.message.find("time limit"), std::string::npos) << late.message;
+  for (const TimeLimitClock clock : {TimeLimitClock::Wall, TimeLimitClock::Processor}) {
+    options.time_limit_clock = clock;
+    const BaselineResult late = registerSuper4Pcs(viewOfPoints(scans.source), viewOfPoints(scans.target), options);
+    EXPECT_EQ(late.iterations, 0);
+    EXPECT_FALSE(late.converged);
+    EXPECT_NE(late.message.find("time limit"), std::string::npos) << late.message;
+  }
 }
 
 TEST(Super4PCS, GuessIsACandidate)
