@@ -147,8 +147,9 @@ class Document(unittest.TestCase):
 
     def facts(self, quick):
         """What heads the file."""
-        return {"quick": quick, "every": 1, "date": "2026-01-02", "machine": "made up", "commit": "abc", "jobs": "1", "timeout": 60,
-                "slow": 50, "rule": "leaf 0", "bound": "2 deg and 0.3 m", "sets": {"ds1h": "45 scans"}}
+        return {"quick": quick, "every": 1, "baselines_every": 4, "slow_pairs": 3, "date": "2026-01-02", "machine": "made up",
+                "commit": "abc", "jobs": 1, "cpu_timeout": 60, "slow": 50, "rule": "leaf 0", "bound": "2 deg and 0.3 m",
+                "sets": {"ds1h": "45 scans"}}
 
     def test_says_what_it_is(self):
         rows = {name: [] for name in paper.plan(True)}
@@ -157,7 +158,10 @@ class Document(unittest.TestCase):
         self.assertIn("Our note.", quick)
         for text in ("2026-01-02, made up, version abc", "2 deg and 0.3 m", "## DS2-L", "## Basic model, three motions"):
             self.assertIn(text, quick)
-        self.assertNotIn("quick run", paper.document(rows, self.facts(False), ""))
+        self.assertIn("killed after\n60 s of processor time", quick)
+        full = paper.document(rows, self.facts(False), "")
+        self.assertNotIn("quick run", full)
+        self.assertIn("SSFR ran on every pair of a set, ICP, NDT, FGR and the sweep over the radius on every 4th pair", full)
 
     def test_notes_are_kept(self):
         rows = {name: [] for name in paper.plan(False)}
@@ -171,18 +175,24 @@ class Document(unittest.TestCase):
 class Plan(unittest.TestCase):
     """Which methods run on which pairs."""
 
-    def test_ours_run_on_every_pair(self):
-        all_pairs, some = paper.plan(False), paper.plan(False, 4)
+    def every(self, run):
+        """What --every of a run is, 1 without."""
+        options = run["options"]
+        return options[options.index("--every") + 1] if "--every" in options else 1
+
+    def test_ours_and_others_have_their_own_share_of_the_pairs(self):
+        all_pairs, some = paper.plan(False), paper.plan(False, 2, 4, 5)
         self.assertEqual(list(all_pairs), list(some))
         for name, run in some.items():
-            methods = set(run["methods"])
-            self.assertEqual("--every" in run["options"], name.endswith("_baselines") or name.startswith("radius"), name)
-            self.assertFalse("--every" in run["options"] and "ssfr" in methods, name)
-            self.assertNotIn("--every", all_pairs[name]["options"])
+            self.assertEqual(self.every(all_pairs[name]), 1)
+            slow, basic = name.endswith("_slow"), name.startswith("basic_model")
+            others = name.endswith("_baselines") or name.startswith("radius")
+            self.assertEqual(self.every(run), 1 if slow or basic else 4 if others else 2, name)
+            pairs = None if basic or not slow else [0] if name.startswith("ds2l") else [0, 1, 2, 3, 4]
+            self.assertEqual(run["pairs"], pairs, name)
         for data in ("ds1h", "ds2l", "ds3v", "ds4s"):
             methods = [m for name in (data, f"{data}_baselines", f"{data}_slow") for m in some[name]["methods"]]
             self.assertEqual(sorted(methods), sorted(paper.LABELS))
-            self.assertIsNone(some[data]["pairs"])
 
 
 class CommandLine(unittest.TestCase):
@@ -190,9 +200,11 @@ class CommandLine(unittest.TestCase):
 
     def test_options(self):
         options = paper.parse(["--quick", "--out", "x", "--jobs", "2"])
-        self.assertEqual((options["quick"], options["out"], options["jobs"]), (True, "x", "2"))
+        self.assertEqual((options["quick"], options["out"], options["jobs"]), (True, "x", 2))
+        self.assertEqual(paper.parse(["--every", "3"])["baselines-every"], 3)
+        self.assertEqual(paper.parse(["--every", "3", "--baselines-every", "6"])["baselines-every"], 6)
         for wrong, message in ((["--fast"], "unknown option '--fast'"), (["--out"], "--out needs a value"),
-                               (["--jobs", "0"], "--jobs = '0'"),
+                               (["--jobs", "0"], "--jobs = '0'"), (["--slow-pairs", "x"], "--slow-pairs = 'x'"),
                                (["--baselines-every", "0"], "--baselines-every = '0'"), (["x"], "unknown option 'x'")):
             with self.assertRaisesRegex(ValueError, message):
                 paper.parse(wrong)

@@ -4,6 +4,7 @@
 // What the comparison methods promise as pcl::Registration, whatever they compute.
 
 #include <pcl_ssfr/baselines/fast_global_registration.h>
+#include <pcl_ssfr/baselines/go_icp.h>
 #include <pcl_ssfr/baselines/super4pcs.h>
 
 #include "pcl_clouds.h"
@@ -15,6 +16,7 @@
 
 #include <limits>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 namespace pcl_ssfr::baselines {
@@ -48,6 +50,17 @@ makePair()
   return pair;
 }
 
+template <typename Method>
+constexpr bool kIsSuper4Pcs = std::is_base_of_v<Super4PCS<typename Method::PointCloudSource::PointType,
+                                                          typename Method::PointCloudTarget::PointType,
+                                                          typename Method::Matrix4::Scalar>,
+                                                Method>;
+template <typename Method>
+constexpr bool kIsGoIcp = std::is_base_of_v<GoIcp<typename Method::PointCloudSource::PointType,
+                                                  typename Method::PointCloudTarget::PointType,
+                                                  typename Method::Matrix4::Scalar>,
+                                            Method>;
+
 /// A method set up so that it solves makePair() quickly.
 template <typename Method>
 typename Method::Ptr
@@ -55,13 +68,16 @@ makeMethod()
 {
   auto method = pcl::make_shared<Method>();
   method->setNumberOfThreads(1);
-  if constexpr (std::is_base_of_v<Super4PCS<typename Method::PointCloudSource::PointType,
-                                            typename Method::PointCloudTarget::PointType,
-                                            typename Method::Matrix4::Scalar>,
-                                  Method>) {
+  if constexpr (kIsSuper4Pcs<Method>) {
     method->setLeafSize(0.1); // from these thin scans it would be 0.2, and the answer half as exact
     method->setOverlap(0.8);
     method->setMaximumIterations(20);
+  }
+  if constexpr (kIsGoIcp<Method>) {
+    method->setSourcePoints(150);
+    method->setTrimFraction(0.1);
+    method->setMseThreshold(0.002);
+    method->setDistanceTransformSize(60);
   }
   return method;
 }
@@ -93,10 +109,13 @@ public:
 template <typename PointT, typename Scalar>
 using Fgr = FastGlobalRegistration<PointT, PointT, Scalar>;
 template <typename PointT, typename Scalar>
+using Goi = GoIcp<PointT, PointT, Scalar>;
+template <typename PointT, typename Scalar>
 using S4 = Super4PCS<PointT, PointT, Scalar>;
 
 using Methods = ::testing::Types<Fgr<pcl::PointXYZ, float>,
                                  Fgr<pcl::PointXYZINormal, double>,
+                                 Goi<pcl::PointXYZ, float>,
                                  S4<pcl::PointXYZ, double>,
                                  S4<pcl::PointXYZINormal, float>>;
 TYPED_TEST_SUITE(BaselineContract, Methods);
@@ -230,11 +249,18 @@ TYPED_TEST(BaselineContract, GuessThatIsRightIsNotLost)
 
 TYPED_TEST(BaselineContract, BadSettingIsNamed)
 {
-  this->method->setLeafSize(-1);
+  const char* expected = "leaf = -1, must be finite and >= 0 [m]";
+  if constexpr (kIsGoIcp<TypeParam>) {
+    this->method->setSourcePoints(2);
+    expected = "source_points = 2, must be 3 or more";
+  }
+  else {
+    this->method->setLeafSize(-1);
+  }
   typename TestFixture::Cloud output;
   this->align(output);
   EXPECT_FALSE(this->method->hasConverged());
-  EXPECT_EQ(this->method->getMessage(), "leaf = -1, must be finite and >= 0 [m]");
+  EXPECT_EQ(this->method->getMessage(), expected);
 }
 
 TYPED_TEST(BaselineContract, DistanceThresholdIsTheMaximumCorrespondenceDistance)
@@ -257,6 +283,10 @@ using OtherMethods = ::testing::Types<Fgr<pcl::PointXYZ, double>,
                                       Fgr<pcl::PointNormal, float>,
                                       Fgr<pcl::PointNormal, double>,
                                       Fgr<pcl::PointXYZINormal, float>,
+                                      Goi<pcl::PointXYZ, double>,
+                                      Goi<pcl::PointXYZI, double>,
+                                      Goi<pcl::PointNormal, double>,
+                                      Goi<pcl::PointXYZINormal, float>,
                                       S4<pcl::PointXYZ, float>,
                                       S4<pcl::PointXYZI, float>,
                                       S4<pcl::PointXYZI, double>,

@@ -59,7 +59,7 @@ protected:
     const io::ScanPair& pair = full.pairs.front();
     for (const std::string& name : {pair.source, pair.target}) {
       const io::LoadedCloud cloud = io::loadCloud(io::scanPath(full.path, name));
-      constexpr double kLeaf = 0.08;
+      constexpr double kLeaf = 0.1;
       const ThinnedCloud thinned = thinScan(viewOf(cloud), kLeaf, Eigen::Vector3d::Zero());
       std::string text;
       for (Eigen::Index i = 0; i < thinned.size(); ++i)
@@ -83,8 +83,8 @@ protected:
     // Lots are drawn less often than in earnest: here it matters that every method runs, not that it succeeds.
     io::writeFile(
         data_->file("quick.json"),
-        R"({"ransac_iterations": 300, "sac_ia_iterations": 20, "fpcs_samples": 60, "max_seconds": 2, "go_icp_points": 60,
-                      "leaf": 0.15, "keypoint_leaf": 6})");
+        R"({"ransac_iterations": 300, "sac_ia_iterations": 20, "fpcs_samples": 40, "max_seconds": 1, "go_icp_points": 60,
+                      "leaf": 0.2, "keypoint_leaf": 5})");
   }
   static void
   TearDownTestSuite()
@@ -201,6 +201,7 @@ TEST_F(BenchmarkProgram, badInputIsOneLineBeforeAnyWork)
   const Case cases[] = {{"", 2, "--dataset"},
                         {small() + out() + "--frobnicate", 2, "--frobnicate"},
                         {small() + out() + "--methods magic", 2, "'magic'"},
+                        {small() + out() + "--cpu-timeout soon", 2, "--cpu-timeout: 'soon'"},
                         {small() + out() + "--pairs 7", 2, "--pairs: '7'"},
                         {"--dataset " + folder.file("none") + out(), 3, "none"},
                         {"--dataset " + folder.file("bad") + out(), 3, "pairs.csv:2: column T22: 'one'"},
@@ -243,14 +244,14 @@ TEST_F(BenchmarkProgram, everyMethodRuns)
   const auto summary = nlohmann::json::parse(io::readFile(folder.file("out/summary.json")));
   EXPECT_EQ(summary["complete"], true);
   EXPECT_EQ(summary["methods"].size(), methods().size());
-  EXPECT_EQ(summary["settings"]["parameters"]["leaf"], 0.15);
+  EXPECT_EQ(summary["settings"]["parameters"]["leaf"], 0.2);
   EXPECT_THAT(io::readFile(folder.file("out/summary.md")), HasSubstr("| ssfr | 1 of 1, 100 % [21, 100] |"));
 }
 
 TEST_F(BenchmarkProgram, perturbedPairsAreTheSameForEveryNumberOfJobs)
 {
   const std::string common = small() +
-                             "--methods ssfr,icp_point_to_plane,fpfh_sac_ia --perturb se3 --resolution 0,0.2 "
+                             "--methods ssfr,icp_point_to_plane,fpfh_sac_ia --perturb se3 --resolution 0,0.25 "
                              "--noise 0.01 --outliers 0.05 --overlap 0.4 --parameters " +
                              data_->file("quick.json");
   ASSERT_EQ(run(common + out("one")).code, 0);
@@ -337,6 +338,42 @@ TEST_F(BenchmarkProgram, externalProgramsCannotHurt)
   EXPECT_FALSE(isAlive(stray)) << "a child of the program that hung is still there";
 }
 
+TEST_F(BenchmarkProgram, processorTimeIsLimitedWhateverTheClockSays)
+{
+  const std::string burn = "x = 0\nwhile True:\n  x += 1\n";
+  io::writeFile(folder.file("burn.py"), burn);
+  io::writeFile(folder.file("short.py"), "import time\nwhile time.process_time() < 0.4:\n  pass\n");
+  const std::string burns = script("burns.sh", "python3 " + folder.file("burn.py"));
+  const std::string many = script("many.sh", "while true; do python3 " + folder.file("short.py") + "; done");
+  const std::string sleeps = script("sleeps.sh", "sleep 3\necho '{\"T\": " + truthAsJson() + "}'");
+  nlohmann::json json;
+  for (const auto& [name, program] :
+       std::map<std::string, std::string>{{"burns", burns}, {"many", many}, {"sleeps", sleeps}})
+    json[name]["command"] = program;
+  io::writeFile(folder.file("methods.json"), json.dump());
+  io::writeFile(folder.file("endless.json"), R"({"ransac_iterations": 1e9, "leaf": 0.2})");
+  const std::string common = small() + out() + "--methods burns,many,sleeps,fpfh_ransac --pairs 0 --external " +
+                             folder.file("methods.json") + " --parameters " + folder.file("endless.json");
+  ASSERT_EQ(run(common + " --cpu-timeout 1.5").code, 0);
+  std::map<std::string, ResultRow> by_name;
+  for (const ResultRow& row : rows())
+    by_name[row.method] = row;
+  for (const char* name : {"burns", "many", "fpfh_ransac"}) {
+    EXPECT_EQ(by_name[name].status, "timeout") << name;
+    EXPECT_EQ(by_name[name].message, "no answer within 1.5 s of processor time") << name;
+    EXPECT_GT(by_name[name].cpu_s, 1.5) << name;
+    EXPECT_LT(by_name[name].cpu_s, 4) << name;
+  }
+  EXPECT_EQ(by_name["sleeps"].status, "converged");
+  EXPECT_GT(by_name["sleeps"].time_s, 2.9);
+  EXPECT_LT(by_name["sleeps"].cpu_s, 0.5);
+  EXPECT_THAT(io::readFile(folder.file("out/summary.md")),
+              HasSubstr("300 s of wall clock and 1.5 s of processor time"));
+  EXPECT_THAT(run(common + " --resume --cpu-timeout 2").errors, HasSubstr("cpu_timeout_s was 1.5 and is now 2"));
+  EXPECT_THAT(run(common + " --resume").errors, HasSubstr("cpu_timeout_s was 1.5 and is now 0"));
+  EXPECT_EQ(run(common + " --resume --cpu-timeout 0").code, 2);
+}
+
 /// A run in the background.
 class Background {
 public:
@@ -348,10 +385,37 @@ public:
       _exit(127);
     }
   }
+  /// A process that works for the run on a method, once there is one; 0 when there is none for long.
+  pid_t
+  worker() const
+  {
+    for (int i = 0; i < 300; ++i) {
+      for (const auto& task : std::filesystem::directory_iterator("/proc/" + std::to_string(process_) + "/task")) {
+        std::ifstream children(task.path() / "children");
+        for (pid_t child = 0; children >> child;) {
+          std::ifstream stat("/proc/" + std::to_string(child) + "/stat");
+          constexpr int kUserTime = 14; // its field; no name here has a blank
+          std::string field;
+          for (int k = 0; k < kUserTime; ++k)
+            stat >> field;
+          constexpr int kBusyTicks = 200; // 2 s: it has read the scans
+          if (!field.empty() && std::stoi(field) > kBusyTicks)
+            return child;
+        }
+      }
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    }
+    return 0;
+  }
   int
   end(int signal)
   {
     kill(process_, signal);
+    return wait();
+  }
+  int
+  wait() const
+  {
     int status = 0;
     waitpid(process_, &status, 0);
     return status;
@@ -438,6 +502,31 @@ TEST_F(Interrupted, stoppedRunsReport)
   const nlohmann::json page = reportData("out");
   EXPECT_EQ(page["complete"], false);
   EXPECT_EQ(page["rows"].size(), rows().size());
+}
+
+// Who ends a batch job signals all of its processes, not the first one first.
+TEST_F(Interrupted, whatWasEndedWithTheRunIsNoResult)
+{
+  io::writeFile(folder.file("endless.json"), R"({"ransac_iterations": 1e9, "leaf": 0.2})");
+  const std::string endless =
+      small() + out() + "--methods fpfh_ransac --pairs 0 --parameters " + folder.file("endless.json");
+  Background all(command(endless), folder.file("log"));
+  const pid_t first = all.worker();
+  ASSERT_GT(first, 0);
+  kill(first, SIGTERM);
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  const int status = all.end(SIGTERM);
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 128 + SIGTERM);
+  EXPECT_EQ(rows().size(), 0U);
+
+  Background rest(command(endless + " --resume"), folder.file("log")); // it is run again
+  const pid_t second = rest.worker();
+  ASSERT_GT(second, 0);
+  kill(second, SIGTERM); // this one alone: somebody's verdict on the method
+  EXPECT_EQ(rest.wait(), 0);
+  ASSERT_EQ(rows().size(), 1U);
+  EXPECT_EQ(rows().front().status, "crashed");
 }
 
 TEST_F(BenchmarkProgram, reportsAreWrittenAndWrittenAgain)

@@ -3,6 +3,7 @@
 
 #include <pcl_ssfr/baselines/go_icp_core.h>
 
+#include "baselines/deadline.h"
 #include "baselines/go_icp_branch_and_bound.h"
 #include "baselines/go_icp_problem.h"
 #include "baselines/point_tree.h"
@@ -14,10 +15,12 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <ctime>
 #include <limits>
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <vector>
 
 namespace pcl_ssfr::baselines {
@@ -459,6 +462,15 @@ TEST(GoIcp, LimitsAreHonouredAndTold)
   EXPECT_LE(report.gap, report.error);
   EXPECT_TRUE(result.T_target_source.matrix().allFinite());
 
+  options.time_limit_clock = TimeLimitClock::Processor;
+  const std::clock_t before = std::clock();
+  result = registerGoIcp(source.view(), target.view(), options, std::nullopt, &report);
+  const double processor_seconds = static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC;
+  EXPECT_FALSE(result.converged);
+  EXPECT_THAT(result.message, HasSubstr("cut off by the time limit of 0.5 s of processor time"));
+  EXPECT_GE(processor_seconds, 0.5);
+  EXPECT_LT(processor_seconds, 1.5); // however loaded the machine is
+
   options.time_limit = 0;
   options.node_limit = 20'000;
   result = registerGoIcp(source.view(), target.view(), options, std::nullopt, &report);
@@ -466,6 +478,24 @@ TEST(GoIcp, LimitsAreHonouredAndTold)
   EXPECT_THAT(result.message, HasSubstr("cut off by the limit of 20000 nodes"));
   EXPECT_GE(report.nodes, 20'000U);
   EXPECT_LT(report.nodes, 40'000U);
+}
+
+TEST(Deadline, ProcessorTimeDoesNotPassWhileNothingIsDone)
+{
+  constexpr double kLimit = 0.1; // [s]
+  const Deadline wall(kLimit, TimeLimitClock::Wall);
+  const Deadline processor(kLimit, TimeLimitClock::Processor);
+  EXPECT_FALSE(wall.isPast());
+  std::this_thread::sleep_for(std::chrono::duration<double>(1.5 * kLimit));
+  EXPECT_TRUE(wall.isPast());
+  EXPECT_FALSE(processor.isPast());
+  const std::clock_t before = std::clock();
+  while (static_cast<double>(std::clock() - before) < 1.1 * kLimit * CLOCKS_PER_SEC) {
+  }
+  EXPECT_TRUE(processor.isPast());
+  EXPECT_FALSE(Deadline().isPast());
+  EXPECT_FALSE(Deadline(0, TimeLimitClock::Processor).isPast());
+  EXPECT_FALSE(Deadline(std::numeric_limits<double>::infinity(), TimeLimitClock::Wall).isPast());
 }
 
 TEST(GoIcp, TheGapShrinksWithTheNodes)

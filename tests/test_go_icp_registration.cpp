@@ -100,13 +100,14 @@ TEST(GoIcpRegistrationSettings, ReachTheSearch)
   GoIcp<pcl::PointXYZ, pcl::PointXYZ> method;
   EXPECT_EQ(method.getOptions().icp_iterations, 0);
   EXPECT_EQ(method.getOptions().inlier_distance, 0);
+  EXPECT_EQ(method.getOptions().time_limit_clock, TimeLimitClock::Wall);
   method.setSourcePoints(77);
   method.setTrimFraction(0.25);
   method.setMseThreshold(0.02);
   method.setTranslationRange(0.75);
   method.setDistanceTransformSize(90);
   method.setNodeLimit(1234);
-  method.setTimeLimit(2.5);
+  method.setTimeLimit(2.5, TimeLimitClock::Processor);
   method.setMaximumIterations(7);
   method.setMaxCorrespondenceDistance(0.3);
   method.setNumberOfThreads(3);
@@ -118,6 +119,7 @@ TEST(GoIcpRegistrationSettings, ReachTheSearch)
   EXPECT_EQ(options.transform_size, 90);
   EXPECT_EQ(options.node_limit, 1234U);
   EXPECT_EQ(options.time_limit, 2.5);
+  EXPECT_EQ(options.time_limit_clock, TimeLimitClock::Processor);
   EXPECT_EQ(options.icp_iterations, 7);
   EXPECT_EQ(options.inlier_distance, 0.3);
   EXPECT_EQ(options.threads, 3U);

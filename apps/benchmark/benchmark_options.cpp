@@ -20,6 +20,7 @@ namespace po = boost::program_options;
 
 constexpr unsigned kHelpWidth = 100;
 constexpr unsigned kMaxJobs = 1024;
+constexpr double kWallPerCpu = 10; ///< a method that waits, for a busy machine or for ever, ends too
 constexpr std::uint64_t kMaxPictures = 100000;
 
 po::options_description
@@ -59,7 +60,10 @@ describeOptions()
        "(default: 60)")
       ("jobs", text("N"), "methods run at the same time, each in a process of its own (default: 1)")
       ("threads", text("N"), "processors of each method (default: 1; 0: all)")
-      ("timeout", text("S"), "seconds after which a method is killed, loading not counted (default: 300)")
+      ("timeout", text("S"), "seconds of wall clock after which a method is killed, loading not counted (default: 300; "
+       "ten times --cpu-timeout where that is more)")
+      ("cpu-timeout", text("S"), "seconds of processor time, of all its threads and children, after which a method is "
+       "killed: the same limit however busy the machine is (default: none)")
       ("help,h", "print this text")
       ("version", "print the version");
   // clang-format on
@@ -197,7 +201,8 @@ parseBenchmarkArguments(const std::vector<std::string>& arguments)
   result.version = !result.help && map.count("version") > 0;
   if (result.help || result.version)
     return result;
-  constexpr double kFar = 1e6; // [m] and [s]
+  constexpr double kFar = 1e6;       // [m] and [s]
+  constexpr double kShortest = 1e-3; // [s]
   const Values values(map);
   result.report_only = map.count("report-only") > 0;
   if (map.count("dataset") == 0 && !result.report_only)
@@ -223,7 +228,9 @@ parseBenchmarkArguments(const std::vector<std::string>& arguments)
   result.every = values.count("every", 1, 1, std::uint64_t{1} << 40);
   if (map.count("pairs") > 0)
     result.pairs = values.counts("pairs");
-  result.timeout = values.number("timeout", result.timeout, 0.001, kFar);
+  result.cpu_timeout = map.count("cpu-timeout") > 0 ? values.number("cpu-timeout", 0, kShortest, kFar) : 0;
+  result.timeout =
+      values.number("timeout", std::max(result.timeout, kWallPerCpu * result.cpu_timeout), kShortest, kFar);
   result.seed = values.count("seed", result.seed, 0, std::uint64_t{1} << 53);
   const std::string perturb = values.text("perturb", "none");
   try {

@@ -33,7 +33,8 @@ struct BenchmarkArguments {
   unsigned threads = 1; ///< of each method, 0: all processors
   std::size_t every = 1;
   std::vector<std::size_t> pairs; ///< rows of pairs.csv from 0; empty: all
-  double timeout = 300;           ///< [s]
+  double timeout = 300;           ///< of wall clock [s]
+  double cpu_timeout = 0;         ///< of processor time [s]; 0: no limit
   Perturbation perturbation = Perturbation::None;
   std::uint64_t seed = 1;
   std::vector<double> resolutions; ///< [m], 0: as it is; empty: not varied

@@ -104,8 +104,8 @@ chooseMethods(const BenchmarkArguments& arguments)
     if (other != external.end())
       names_external = true;
     else if (!findMethod(name))
-      throw UsageError("--methods: " + io::inQuotes(name) + " is not a method; see the list in --help" +
-                       (arguments.external.empty() ? "" : " and " + arguments.external));
+      throw UsageError("--methods: " + io::inQuotes(name) + " is not a method" +
+                       (arguments.external.empty() ? "" : ", nor is it in " + arguments.external));
     add(other != external.end() ? *other : ours(name));
   }
   if (!names_external)
@@ -213,6 +213,7 @@ makePlan(const BenchmarkArguments& arguments)
   BenchmarkPlan plan;
   plan.methods = chooseMethods(arguments);
   plan.run.timeout = arguments.timeout;
+  plan.run.cpu_timeout = arguments.cpu_timeout;
   plan.run.threads = arguments.threads;
   if (!arguments.parameters.empty()) {
     try {
@@ -226,6 +227,7 @@ makePlan(const BenchmarkArguments& arguments)
   plan.settings["perturb"] = toString(arguments.perturbation);
   plan.settings["seed"] = arguments.seed;
   plan.settings["timeout_s"] = arguments.timeout;
+  plan.settings["cpu_timeout_s"] = arguments.cpu_timeout; // 0: none
   plan.settings["threads"] = arguments.threads;
   plan.settings["parameters"] = toJson(plan.run.rule);
   plan.settings["datasets"] = Json::object();

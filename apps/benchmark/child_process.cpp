@@ -10,6 +10,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <fcntl.h>
+#include <filesystem>
 #include <fstream>
 #include <poll.h>
 #include <sstream>
@@ -29,6 +30,8 @@ using Clock = std::chrono::steady_clock;
 constexpr std::size_t kKeptOutput = 1U << 20; ///< bytes of standard output; a result is its last line
 constexpr std::size_t kKeptErrors = 1U << 12;
 constexpr int kPollMilliseconds = 20;
+constexpr double kCpuPollSeconds = 0.1; ///< between looks at the processor time
+constexpr int kMaxDepth = 100;          ///< of a tree of processes
 constexpr double kKibPerMib = 1024;
 
 double
@@ -145,6 +148,40 @@ memoryOf(const std::string& process)
   return 0;
 }
 
+/** \brief Processor time of another process, of the children that it waited for and of those that still run [s]. What
+ * leaves the tree, a child whose parent ended before it, is not seen.
+ */
+double
+cpuSecondsOf(pid_t process, int depth = 0)
+{
+  const std::string folder = "/proc/" + std::to_string(process);
+  std::ifstream stat(folder + "/stat");
+  std::string line;
+  std::getline(stat, line);
+  const std::size_t name_end = line.rfind(')'); // a name may hold anything
+  if (name_end == std::string::npos)
+    return 0;
+  std::istringstream fields(line.substr(name_end + 1));
+  constexpr int kFieldsBefore = 11; // from the state to what precedes utime, stime, cutime, cstime
+  std::string skipped;
+  for (int i = 0; i < kFieldsBefore; ++i)
+    fields >> skipped;
+  double ticks = 0;
+  for (double value = 0, i = 0; i < 4 && fields >> value; ++i)
+    ticks += value;
+  double seconds = ticks / static_cast<double>(sysconf(_SC_CLK_TCK));
+  if (depth == kMaxDepth)
+    return seconds;
+  std::error_code error; // the process may end while it is looked at
+  for (std::filesystem::directory_iterator task(folder + "/task", error), end; !error && task != end;
+       task.increment(error)) {
+    std::ifstream children(task->path() / "children");
+    for (pid_t child = 0; children >> child;)
+      seconds += cpuSecondsOf(child, depth + 1);
+  }
+  return seconds;
+}
+
 /// Read what is there; false at the end of the file.
 bool
 drain(int descriptor, std::string& text, std::size_t kept)
@@ -181,11 +218,15 @@ public:
         end(ChildOutcome::End::Stopped);
       else if (isOverdue())
         end(ChildOutcome::End::TimedOut);
+      else if (hasUsedUp())
+        end(ChildOutcome::End::CpuTimedOut);
     }
     drain(output_.read.get(), outcome_.output, kKeptOutput);
     drain(errors_.read.get(), outcome_.errors, kKeptErrors);
     kill(-process_, SIGKILL); // whatever it left behind
     outcome_.seconds = since(began_);
+    // The kernel does not count the children of a killed child that nobody waited for.
+    outcome_.cpu_seconds = std::max(outcome_.cpu_seconds, sampled_cpu_) - cpu_at_began_;
     // A child is born with the memory of its parent: where that is all that the kernel counted, its own was sampled.
     if (outcome_.peak_rss_mib <= memory_at_start_ * 1.05 && sampled_memory_ > 0)
       outcome_.peak_rss_mib = sampled_memory_;
@@ -272,6 +313,7 @@ private:
     if (request_.loading_limit > 0 && !loaded_ && outcome_.output.find('\n') != std::string::npos) {
       loaded_ = true;
       began_ = Clock::now();
+      cpu_at_began_ = cpuSecondsOf(process_);
     }
     sampled_memory_ = std::max(sampled_memory_, memoryOf(std::to_string(process_)));
     if (output_.read.get() < 0 && errors_.read.get() < 0)
@@ -284,6 +326,18 @@ private:
     const bool loading = request_.loading_limit > 0 && !loaded_;
     const double limit = loading ? request_.loading_limit : request_.time_limit;
     return limit > 0 && since(began_) > limit;
+  }
+
+  /// Whether its processor time is spent; looked up now and then only.
+  bool
+  hasUsedUp()
+  {
+    if (since(cpu_looked_) < kCpuPollSeconds)
+      return false;
+    cpu_looked_ = Clock::now();
+    sampled_cpu_ = std::max(sampled_cpu_, cpuSecondsOf(process_));
+    const bool loading = request_.loading_limit > 0 && !loaded_;
+    return request_.cpu_limit > 0 && !loading && sampled_cpu_ - cpu_at_began_ > request_.cpu_limit;
   }
 
   void
@@ -329,6 +383,9 @@ private:
   Pipe errors_;
   pid_t process_ = -1;
   Clock::time_point began_;
+  Clock::time_point cpu_looked_;
+  double cpu_at_began_ = 0; ///< processor time spent on loading [s]
+  double sampled_cpu_ = 0;  ///< processor time when it was last looked at [s]
   std::size_t written_ = 0;
   bool loaded_ = false;
   bool ending_ = false;

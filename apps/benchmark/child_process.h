@@ -15,25 +15,26 @@ struct ChildRequest {
   std::vector<std::string> command; ///< program (found as a shell would) and its arguments; no shell reads them
   std::string input;                ///< its standard input
   double time_limit = 0;            ///< it is killed after so long [s]; 0: never
-  double loading_limit = 0;         ///< > 0: the time limit runs from its first line of output, which has this long [s]
+  double cpu_limit = 0;             ///< it is killed after so much processor time of it and its children [s]; 0: never
+  double loading_limit = 0;         ///< > 0: the limits count from its first line of output, which has this long [s]
   double grace = 0.3;               ///< between the request to end and the kill [s]
   unsigned threads = 1;             ///< OMP_NUM_THREADS of the child; 0: not set
 };
 
 /// How it went.
 struct ChildOutcome {
-  enum class End { Exited, Signalled, TimedOut, Stopped, NotStarted };
+  enum class End { Exited, Signalled, TimedOut, CpuTimedOut, Stopped, NotStarted };
   End end = End::NotStarted;
   int code = 0;            ///< exit code, signal, or errno of the failed start
   std::string output;      ///< end of its standard output
   std::string errors;      ///< end of its standard error
   double seconds = 0;      ///< wall clock from the start, or from the first line where loading_limit is set [s]
-  double cpu_seconds = 0;  ///< of it and the children it waited for [s]
+  double cpu_seconds = 0;  ///< processor time of it and its children, from the same moment on [s]
   double peak_rss_mib = 0; ///< largest resident memory of it or of a child it waited for [MiB]
 };
 
-/** \brief Run a program to its end, or to its time limit, or until \p stop. It leads a process group that is killed as
- * a whole, and it dies with this process. Its environment is that of this process but for MPI's variables.
+/** \brief Run a program to its end, or to one of its limits, or until \p stop. It leads a process group that is killed
+ * as a whole, and it dies with this process. Its environment is that of this process but for MPI's variables.
  */
 ChildOutcome
 runChild(const ChildRequest& request, const std::atomic<int>& stop);

@@ -96,7 +96,12 @@ parameterTable()
       {"expected_overlap", &R::expected_overlap, 0.01, 1, "that fpcs, kfpcs and super4pcs are told"},
       {"go_icp_points", &R::go_icp_points, 3, 1e6, "points of the source that go_icp works on"},
       {"go_icp_trim", &R::go_icp_trim, 0, 0.99, "share of the source that go_icp leaves out"},
-      {"max_seconds", &R::max_seconds, 1, 1e6, "after which methods that can stop themselves do [s]"}};
+      {"go_icp_tolerance", &R::go_icp_tolerance, 1e-12, 1, "mean squared error of go_icp [largest coordinate squared]"},
+      {"max_seconds",
+       &R::max_seconds,
+       1,
+       1e6,
+       "go_icp, super4pcs (processor time), fpcs, kfpcs (wall clock) stop after it [s]"}};
   return kTable;
 }
 

@@ -23,26 +23,27 @@ namespace apps {
  * other length is a multiple of the leaf.
  */
 struct ParameterRule {
-  double leaf = 0;                              ///< [m], 0: by the rule
-  double leaf_share = 0.02;                     ///< of the radius of the scan
-  double min_leaf = 0.02;                       ///< [m]
-  double min_points_per_voxel = 1.5;            ///< on average
-  double normal_radius = 2.5;                   ///< of normals [leafs]
-  double feature_radius = 5;                    ///< of FPFH [leafs]
-  double threshold = 1.5;                       ///< inlier distance of the global methods [leafs]
-  double refine_distance = 20;                  ///< correspondence distance of the refiners from the start [leafs]
-  double polish_distance = 3;                   ///< the same after ssfr [leafs]
-  double ndt_cell = 10;                         ///< [leafs]
-  double keypoint_leaf = 8;                     ///< spacing of the points that kfpcs works on [leafs]
-  double refine_iterations = 50;                ///< of ICP, GICP and NDT
-  double ransac_iterations = 20000;             ///< of fpfh_ransac
-  double sac_ia_iterations = 200;               ///< of fpfh_sac_ia
-  double fpcs_samples = 500;                    ///< points of the source that fpcs works on
-  double expected_overlap = 0.5;                ///< that fpcs, kfpcs and super4pcs are told
-  double go_icp_points = 500;                   ///< points of the source that go_icp works on
-  double go_icp_trim = 0.3;                     ///< share of the source that go_icp leaves out
-  double max_seconds = 60;                      ///< after which the methods that can stop themselves do so [s]
-  Options ssfr = makeOptions(Profile::Default); ///< scales of ssfr and of the first step of ssfr_icp, ...
+  double leaf = 0;                   ///< [m], 0: by the rule
+  double leaf_share = 0.02;          ///< of the radius of the scan
+  double min_leaf = 0.02;            ///< [m]
+  double min_points_per_voxel = 1.5; ///< on average
+  double normal_radius = 2.5;        ///< of normals [leafs]
+  double feature_radius = 5;         ///< of FPFH [leafs]
+  double threshold = 1.5;            ///< inlier distance of the global methods [leafs]
+  double refine_distance = 20;       ///< correspondence distance of the refiners from the start [leafs]
+  double polish_distance = 3;        ///< the same after ssfr [leafs]
+  double ndt_cell = 10;              ///< [leafs]
+  double keypoint_leaf = 8;          ///< spacing of the points that kfpcs works on [leafs]
+  double refine_iterations = 50;     ///< of ICP, GICP and NDT
+  double ransac_iterations = 20000;  ///< of fpfh_ransac
+  double sac_ia_iterations = 200;    ///< of fpfh_sac_ia
+  double fpcs_samples = 500;         ///< points of the source that fpcs works on
+  double expected_overlap = 0.5;     ///< that fpcs, kfpcs and super4pcs are told
+  double go_icp_points = 500;        ///< points of the source that go_icp works on
+  double go_icp_trim = 0.3;          ///< share of the source that go_icp leaves out
+  double go_icp_tolerance = 1e-4; ///< of go_icp's mean squared error [largest coordinate about the centroid, squared]
+  double max_seconds = 60; ///< after which methods that can stop themselves do [s]: processor time, but for PCL's
+  Options ssfr = makeOptions(Profile::Default);        ///< scales of ssfr and of the first step of ssfr_icp, ...
   Options paper2017 = makeOptions(Profile::Paper2017); ///< scales of ssfr_paper2017
 };
 

@@ -3,9 +3,11 @@
 
 #include <apps/benchmark/pair_runner.h>
 
+#include <chrono>
 #include <cstdlib>
 #include <filesystem>
 #include <stdexcept>
+#include <thread>
 
 namespace pcl_ssfr {
 namespace apps {
@@ -13,6 +15,11 @@ namespace apps {
 namespace {
 
 namespace fs = std::filesystem;
+using std::chrono::milliseconds;
+
+constexpr milliseconds kNoWait(0);
+constexpr milliseconds kStopTick(20);
+constexpr milliseconds kStopGrace(1000); ///< who ends all processes of a run does not reach all of them at once
 
 bool
 isPcd(const std::string& path)
@@ -93,6 +100,13 @@ PairRunner::ask(const BenchmarkMethod& method)
   return askExternal(method, paths.source, paths.target, pair_.request.seed, plan_.run, stop_);
 }
 
+void
+PairRunner::waitForStop() const
+{
+  for (auto waited = kNoWait; waited < kStopGrace && stop_.load() == 0; waited += kStopTick)
+    std::this_thread::sleep_for(kStopTick);
+}
+
 std::optional<ResultRow>
 PairRunner::run(std::size_t method)
 {
@@ -106,7 +120,10 @@ PairRunner::run(std::size_t method)
   catch (const std::exception& error) {
     answer.status = "failed";
     answer.message = error.what();
+    answer.asked_to_end = true; // reading and measuring rarely fail but for that
   }
+  if (answer.asked_to_end)
+    waitForStop();
   if (answer.stopped || stop_.load() != 0)
     return std::nullopt;
   ResultRow row = judgeAnswer(plan_, pair_, answer, known);

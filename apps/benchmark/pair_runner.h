@@ -35,6 +35,9 @@ private:
     std::string source;
     std::string target;
   };
+  /// Leave the signal that ends the run a moment to come.
+  void
+  waitForStop() const;
   const PairTruth&
   truth();
   const Files&

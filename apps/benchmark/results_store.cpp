@@ -29,6 +29,13 @@ growsByEntries(const std::string& key)
   return key == "datasets" || key == "external";
 }
 
+/// What a run was made with that did not know a setting yet.
+Json
+defaultOf(const std::string& key)
+{
+  return key == "cpu_timeout_s" ? Json(0.0) : Json();
+}
+
 std::string
 systemMessage()
 {
@@ -108,7 +115,7 @@ ResultsStore::checkSettings(const Json& settings, bool resume)
                       ": results of different settings are not mixed, choose another --out");
     };
     for (const auto& [key, now] : settings.items()) {
-      const Json before = stored.contains(key) ? stored[key] : Json();
+      const Json before = stored.contains(key) ? stored[key] : defaultOf(key);
       if (!growsByEntries(key)) {
         compare(key, before, now);
         continue;

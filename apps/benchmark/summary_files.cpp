@@ -115,6 +115,14 @@ failuresText(const MethodSummary& summary)
   return text.empty() ? "-" : text;
 }
 
+/// The limit of processor time, where there was one.
+std::string
+cpuLimitText(const Json& settings)
+{
+  const double limit = settings.value("cpu_timeout_s", 0.0);
+  return limit > 0 ? format(" of wall clock and %g s of processor time", limit) : std::string();
+}
+
 std::string
 tableRow(const MethodSummary& s)
 {
@@ -193,8 +201,8 @@ summaryMarkdown(const BenchmarkResults& results)
     text += "\nVersion " + settings.value("version", std::string()) + ", seed " +
             std::to_string(settings.value("seed", std::uint64_t{0})) + ", " +
             std::to_string(settings.value("threads", 0U)) + " threads, time limit " +
-            format("%g", settings.value("timeout_s", 0.0)) + " s. Parameters:\n\n```json\n" +
-            settings["parameters"].dump(2) + "\n```\n";
+            format("%g", settings.value("timeout_s", 0.0)) + " s" + cpuLimitText(settings) +
+            ". Parameters:\n\n```json\n" + settings["parameters"].dump(2) + "\n```\n";
   return text;
 }
 

@@ -74,12 +74,13 @@ ownProgram()
 }
 
 ChildOutcome
-askWorker(const Json& request, double time_limit, unsigned threads, const std::atomic<int>& stop)
+askWorker(const Json& request, double time_limit, double cpu_limit, unsigned threads, const std::atomic<int>& stop)
 {
   ChildRequest child;
   child.command = {ownProgram(), kWorkerOption};
   child.input = request.dump(-1, ' ', false, Json::error_handler_t::replace);
   child.time_limit = time_limit;
+  child.cpu_limit = cpu_limit;
   child.loading_limit = kLoadingLimit;
   child.grace = kWatcherGrace;
   child.threads = threads;
@@ -100,6 +101,7 @@ describeEnd(const ChildOutcome& outcome)
     text = signalName(outcome.code);
     break;
   case ChildOutcome::End::TimedOut:
+  case ChildOutcome::End::CpuTimedOut:
     return "killed at the time limit";
   case ChildOutcome::End::Stopped:
     return "stopped";
@@ -113,7 +115,7 @@ describeEnd(const ChildOutcome& outcome)
 Json
 askSurely(const Json& request, const char* what, const std::atomic<int>& stop)
 {
-  const ChildOutcome outcome = askWorker(request, kLoadingLimit, 1, stop);
+  const ChildOutcome outcome = askWorker(request, kLoadingLimit, 0, 1, stop);
   Json reply = lastObject(outcome.output);
   const bool answered = outcome.end == ChildOutcome::End::Exited && reply.value("event", "") == "done";
   if (!answered || reply.contains("error"))
@@ -124,7 +126,7 @@ askSurely(const Json& request, const char* what, const std::atomic<int>& stop)
 
 /// A process that did not come to its answer.
 MethodAnswer
-brokenAnswer(const ChildOutcome& outcome, double timeout)
+brokenAnswer(const ChildOutcome& outcome, const RunSettings& settings)
 {
   MethodAnswer answer;
   answer.message = describeEnd(outcome);
@@ -135,13 +137,18 @@ brokenAnswer(const ChildOutcome& outcome, double timeout)
   switch (outcome.end) {
   case ChildOutcome::End::TimedOut:
     answer.status = "timeout";
-    answer.message = "no answer within " + Json(timeout).dump() + " s";
+    answer.message = "no answer within " + Json(settings.timeout).dump() + " s";
+    break;
+  case ChildOutcome::End::CpuTimedOut:
+    answer.status = "timeout";
+    answer.message = "no answer within " + Json(settings.cpu_timeout).dump() + " s of processor time";
     break;
   case ChildOutcome::End::NotStarted:
     answer.status = "missing";
     break;
   case ChildOutcome::End::Signalled:
     answer.status = "crashed";
+    answer.asked_to_end = outcome.code == SIGTERM || outcome.code == SIGINT || outcome.code == SIGHUP;
     break;
   default:
     answer.status = "failed";
@@ -274,6 +281,7 @@ answerExternal(const Json& request, const Reply& reply)
   ChildRequest child;
   child.command = request.at("words").get<std::vector<std::string>>();
   child.time_limit = request.at("timeout").get<double>();
+  child.cpu_limit = request.at("cpu_timeout").get<double>();
   child.threads = request.at("threads").get<unsigned>();
   reply.send({{"event", "started"}});
   const ChildOutcome outcome = runChild(child, stop_requested);
@@ -381,10 +389,10 @@ askMethod(const std::string& method,
                   {"pair", toJson(request)},
                   {"threads", settings.threads},
                   {"parameters", toJson(settings.rule)}};
-  const ChildOutcome outcome = askWorker(json, settings.timeout, settings.threads, stop);
+  const ChildOutcome outcome = askWorker(json, settings.timeout, settings.cpu_timeout, settings.threads, stop);
   const Json reply = lastObject(outcome.output);
   if (outcome.end != ChildOutcome::End::Exited || reply.value("event", "") != "done")
-    return brokenAnswer(outcome, settings.timeout);
+    return brokenAnswer(outcome, settings);
   MethodAnswer answer;
   answer.cpu_seconds = reply.value("cpu_s", outcome.cpu_seconds);
   answer.peak_rss_mib = reply.value("peak_rss_mib", outcome.peak_rss_mib);
@@ -421,11 +429,15 @@ askExternal(const BenchmarkMethod& method,
     for (const auto& [name, value] : fillings)
       for (std::size_t at = word.find(name); at != std::string::npos; at = word.find(name, at + value.size()))
         word.replace(at, name.size(), value);
-  const Json json{{"kind", "external"}, {"words", words}, {"timeout", settings.timeout}, {"threads", settings.threads}};
-  const ChildOutcome watcher = askWorker(json, settings.timeout + kWatcherMargin, settings.threads, stop);
+  const Json json{{"kind", "external"},
+                  {"words", words},
+                  {"timeout", settings.timeout},
+                  {"cpu_timeout", settings.cpu_timeout},
+                  {"threads", settings.threads}};
+  const ChildOutcome watcher = askWorker(json, settings.timeout + kWatcherMargin, 0, settings.threads, stop);
   const Json reply = lastObject(watcher.output);
   if (watcher.end != ChildOutcome::End::Exited || reply.value("event", "") != "done" || reply.contains("error"))
-    return brokenAnswer(watcher, settings.timeout);
+    return brokenAnswer(watcher, settings);
   ChildOutcome outcome;
   outcome.end = static_cast<ChildOutcome::End>(reply.at("end").get<int>());
   outcome.code = reply.at("code").get<int>();
@@ -435,7 +447,7 @@ askExternal(const BenchmarkMethod& method,
   outcome.cpu_seconds = reply.at("cpu_s").get<double>();
   outcome.peak_rss_mib = reply.at("peak_rss_mib").get<double>();
 
-  MethodAnswer answer = brokenAnswer(outcome, settings.timeout);
+  MethodAnswer answer = brokenAnswer(outcome, settings);
   if (outcome.end == ChildOutcome::End::NotStarted)
     answer.message = io::inQuotes(words.empty() ? "" : words.front()) + " " + answer.message;
   if (outcome.end != ChildOutcome::End::Exited)

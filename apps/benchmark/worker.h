@@ -25,8 +25,9 @@ struct BenchmarkMethod {
 
 /// How every method of a run is run.
 struct RunSettings {
-  double timeout = 300; ///< of a method, loading excluded [s]
-  unsigned threads = 1; ///< 0: all processors
+  double timeout = 300;   ///< of a method in wall clock, loading excluded [s]
+  double cpu_timeout = 0; ///< the same in processor time [s]; 0: no limit
+  unsigned threads = 1;   ///< 0: all processors
   ParameterRule rule;
 };
 
@@ -42,6 +43,7 @@ struct MethodAnswer {
   double cpu_seconds = 0;                           ///< the same in processor time [s]
   double peak_rss_mib = 0;                          ///< of its process [MiB]
   bool stopped = false;                             ///< ended by the user: no result
+  bool asked_to_end = false; ///< its process was, by a signal from elsewhere: perhaps the whole run is
 };
 
 /// The words of a command line: separated by blanks; quotes keep blanks, a backslash keeps the next character.

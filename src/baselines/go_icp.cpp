@@ -34,7 +34,6 @@ constexpr double kSmallestLeaf = 1e-3; ///< of the radius of a scan
 constexpr int kLeafSteps = 10;         ///< halvings of the range that the voxel edge is looked for in
 constexpr double kInlierPerRms = 2;    ///< distance threshold against the error, where none is given
 constexpr int kIcpSteps = 100;         ///< of a local search, where the caller gives none
-constexpr double kSecondsMax = 1e9;    ///< longer time limits are none
 
 /// A scan thinned to about as many points as wanted.
 struct Sample {
@@ -158,6 +157,7 @@ registerGoIcp(const ScanView& source,
 {
   checkOptions(options);
   const Clock::time_point start = Clock::now();
+  const Deadline deadline(options.time_limit, options.time_limit_clock);
   const auto since_start = [start] { return std::chrono::duration<double>(Clock::now() - start).count(); };
   GoIcpReport unwanted;
   GoIcpReport& report = report_wanted != nullptr ? *report_wanted : unwanted;
@@ -210,9 +210,7 @@ registerGoIcp(const ScanView& source,
   limits.translation_range = options.translation_range;
   limits.icp_iterations = options.icp_iterations > 0 ? options.icp_iterations : kIcpSteps;
   limits.nodes = options.node_limit;
-  if (options.time_limit > 0 && options.time_limit < kSecondsMax)
-    limits.deadline =
-        start + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(options.time_limit));
+  limits.deadline = deadline;
   std::vector<Eigen::Isometry3d> starts;
   if (guess) {
     Eigen::Isometry3d normalised = *guess;
@@ -246,7 +244,8 @@ registerGoIcp(const ScanView& source,
   if (optimum.stop == GoIcpOptimum::Stop::Certified)
     text << "global optimum: ";
   else if (optimum.stop == GoIcpOptimum::Stop::TimeLimit)
-    text << "cut off by the time limit of " << shortNumber(options.time_limit) << " s: ";
+    text << "cut off by the time limit of " << shortNumber(options.time_limit)
+         << (options.time_limit_clock == TimeLimitClock::Processor ? " s of processor time: " : " s: ");
   else
     text << "cut off by the limit of " << options.node_limit << " nodes: ";
   text << describeGap(report);

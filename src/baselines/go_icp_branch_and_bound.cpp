@@ -48,12 +48,6 @@ struct ComesLater {
 
 using Queue = std::priority_queue<Node, std::vector<Node>, ComesLater>;
 
-bool
-isPast(const std::optional<std::chrono::steady_clock::time_point>& deadline)
-{
-  return deadline && std::chrono::steady_clock::now() >= *deadline;
-}
-
 /// What the search over translations is to find.
 struct InnerTask {
   double range = 0;       ///< half the edge of the domain
@@ -63,7 +57,7 @@ struct InnerTask {
   double finest = 0;      ///< a cube with half a diagonal below this is not split
   GoIcpProblem::Centre centre = GoIcpProblem::Centre::Likely; ///< what errors at the centres of cubes have to be
   std::uint64_t nodes = 0;                                    ///< at most, about
-  std::optional<std::chrono::steady_clock::time_point> deadline;
+  Deadline deadline;
 };
 
 struct InnerResult {
@@ -92,7 +86,7 @@ searchTranslations(const GoIcpProblem& problem, const GoIcpProblem::RotatedSourc
     result.lower = std::min(node.lower, task.prune_above);
     if (node.lower >= task.prune_above || result.best < task.stop_below || result.best - node.lower <= task.tolerance ||
         std::sqrt(3.0) * node.cube.half < task.finest || result.nodes >= task.nodes ||
-        (result.nodes / kChildren % kClockEvery == kClockEvery - 1 && isPast(task.deadline)))
+        (result.nodes / kChildren % kClockEvery == kClockEvery - 1 && task.deadline.isPast()))
       return result;
     queue.pop();
     for (int c = 0; c < kChildren; ++c) {
@@ -220,7 +214,7 @@ private:
   {
     if (limits_.nodes > 0 && optimum_.nodes >= limits_.nodes)
       optimum_.stop = GoIcpOptimum::Stop::NodeLimit;
-    else if (isPast(limits_.deadline))
+    else if (limits_.deadline.isPast())
       optimum_.stop = GoIcpOptimum::Stop::TimeLimit;
     else
       return false;

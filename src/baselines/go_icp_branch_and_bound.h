@@ -3,13 +3,12 @@
 
 #pragma once
 
+#include "deadline.h"
 #include "go_icp_problem.h"
 
 #include <Eigen/Geometry>
 
-#include <chrono>
 #include <cstdint>
-#include <optional>
 #include <vector>
 
 namespace pcl_ssfr::baselines {
@@ -20,7 +19,7 @@ struct GoIcpLimits {
   double translation_range = 0; ///< half the edge of the cube of translations, > 0
   int icp_iterations = 100;     ///< > 0
   std::uint64_t nodes = 0;      ///< cubes to evaluate, about; 0: no limit
-  std::optional<std::chrono::steady_clock::time_point> deadline;
+  Deadline deadline;
 };
 
 /// What the branch and bound found.

@@ -5,6 +5,7 @@
 
 #include "baseline_scan.h"
 #include "congruent_sets.h"
+#include "deadline.h"
 #include "lcp_verifier.h"
 #include "option_checks.h"
 #include "surface_normals.h"
@@ -14,7 +15,6 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <numeric>
 #include <random>
@@ -166,7 +166,7 @@ registerSuper4Pcs(const ScanView& source,
                   const Super4PcsOptions& options,
                   const std::optional<Eigen::Isometry3d>& guess)
 {
-  const auto start = std::chrono::steady_clock::now();
+  const Deadline deadline(options.time_limit, options.time_limit_clock);
   validate(options);
   Super4PcsOptions used = options;
   BaselineResult result;
@@ -205,10 +205,6 @@ registerSuper4Pcs(const ScanView& source,
   const double max_diameter = used.overlap * robustDiameter(target_scan.points);
   const int max_bases = used.max_bases > 0 ? used.max_bases : basesFor(used.overlap);
   const auto wanted = static_cast<Eigen::Index>(std::ceil(used.target_lcp * static_cast<double>(verifier.size())));
-  const auto is_late = [&] {
-    const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
-    return used.time_limit > 0 && spent.count() >= used.time_limit;
-  };
 
   Candidate best;
   if (guess) {
@@ -216,7 +212,7 @@ registerSuper4Pcs(const ScanView& source,
     best.inliers = verifier.count(best.T_target_source, 0);
   }
   int bases = 0;
-  for (; result.iterations < max_bases && best.inliers < wanted && !is_late(); ++result.iterations) {
+  for (; result.iterations < max_bases && best.inliers < wanted && !deadline.isPast(); ++result.iterations) {
     const std::optional<CoplanarBase> base = selectBase(target_scan.points, max_diameter, delta, engine);
     if (!base)
       continue;
@@ -248,7 +244,7 @@ registerSuper4Pcs(const ScanView& source,
   result.converged = best.inliers > 0 && result.overlap >= least;
   result.message = (result.converged ? "LCP " : "the best LCP is ") + shortNumber(result.overlap) +
                    (result.converged ? "" : ", " + shortNumber(least) + " needed") + ", " + std::to_string(bases) +
-                   " bases" + (is_late() ? ", stopped by the time limit" : "");
+                   " bases" + (deadline.isPast() ? ", stopped by the time limit" : "");
   return result;
 }
 

@@ -98,9 +98,10 @@ public:
   }
   /// Stop so long after the call of align() [s]; 0 (default): no limit. With one that cuts off, runs may differ.
   void
-  setTimeLimit(double seconds)
+  setTimeLimit(double seconds, TimeLimitClock clock = TimeLimitClock::Wall)
   {
     options_.time_limit = seconds;
+    options_.time_limit_clock = clock;
   }
 
   /// The options in force, those set through inherited setters included. One out of its range fails align().

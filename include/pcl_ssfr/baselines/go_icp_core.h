@@ -4,6 +4,7 @@
 #pragma once
 
 #include <pcl_ssfr/baselines/baseline_result.h>
+#include <pcl_ssfr/baselines/time_limit_clock.h>
 #include <pcl_ssfr/scan_view.h>
 
 #include <Eigen/Geometry>
@@ -27,7 +28,8 @@ struct GoIcpOptions {
   std::uint64_t node_limit = 100'000'000; ///< stop after about so many cubes of both searches; 0: no limit
   double inlier_distance = 0;             ///< what counts as overlap [m], >= 0; 0: from the data. No part of the error
   double time_limit = 0;                  ///< stop so long after the start [s]; 0: no limit. With one, runs may differ
-  unsigned threads = 1;                   ///< >= 1; the result does not depend on it
+  TimeLimitClock time_limit_clock = TimeLimitClock::Wall; ///< what time_limit counts
+  unsigned threads = 1;                                   ///< >= 1; the result does not depend on it
 };
 
 /// What the search did and how sure it is.

@@ -5,6 +5,7 @@
 
 #include <pcl_ssfr/baselines/baseline_registration.h>
 #include <pcl_ssfr/baselines/baseline_result.h>
+#include <pcl_ssfr/baselines/time_limit_clock.h>
 #include <pcl_ssfr/scan_view.h>
 
 #include <pcl/memory.h>
@@ -32,8 +33,9 @@ struct Super4PcsOptions {
   std::size_t max_quads = 50000;  ///< quads verified of one base: where there are more, evenly spaced ones, >= 1
   int max_bases = 0;              ///< bases tried; 0: enough for \ref overlap with a probability of 99 %
   double time_limit = 0;          ///< no new base after this [s], >= 0; 0: none
-  std::uint64_t seed = 1;         ///< of the sample and the bases
-  unsigned threads = 1;           ///< >= 1
+  TimeLimitClock time_limit_clock = TimeLimitClock::Wall; ///< what time_limit counts
+  std::uint64_t seed = 1;                                 ///< of the sample and the bases
+  unsigned threads = 1;                                   ///< >= 1
 };
 
 /** \brief Super 4PCS of two scans. Points that are not finite are skipped; never throws for the sake of the points: a
@@ -125,9 +127,10 @@ public:
   }
   /// No new base after this [s]; 0 (default): no limit.
   void
-  setTimeLimit(double seconds)
+  setTimeLimit(double seconds, TimeLimitClock clock = TimeLimitClock::Wall)
   {
     options_.time_limit = seconds;
+    options_.time_limit_clock = clock;
   }
   /// Seed of the sample and of the bases; default 1.
   void
