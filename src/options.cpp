@@ -237,13 +237,4 @@ validate(const Options& options)
   validateLcp(options.lcp);
 }
 
-Options
-afterSpending(Options options, double seconds)
-{
-  constexpr double kLeast = 1e-9; // [s] runs out at once
-  if (options.time_limit > 0)
-    options.time_limit = std::max(kLeast, options.time_limit - seconds);
-  return options;
-}
-
 } // namespace pcl_ssfr

@@ -111,16 +111,6 @@ TEST(Options, MoreThreadsThanASystemStartsAreRefused)
   EXPECT_EQ(complaint(options), "threads = 1025, must be at most 1024");
 }
 
-TEST(Options, SpendingTimeLeavesTheRestOfTheLimit)
-{
-  Options options;
-  EXPECT_EQ(afterSpending(options, 5).time_limit, 0); // no limit stays none
-  options.time_limit = 2;
-  EXPECT_EQ(afterSpending(options, 0.5).time_limit, 1.5);
-  EXPECT_GT(afterSpending(options, 5).time_limit, 0); // 0 would be no limit
-  EXPECT_LT(afterSpending(options, 5).time_limit, 1e-6);
-}
-
 TEST(Options, RealNumbersOutOfRangeAreNamed)
 {
   const double tiny = 1e-9;

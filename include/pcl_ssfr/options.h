@@ -103,8 +103,4 @@ makeOptions(Profile profile);
 void
 validate(const Options& options);
 
-/// \p options with what is left of their time limit once \p seconds are spent: none when there is none, never 0 else.
-Options
-afterSpending(Options options, double seconds);
-
 } // namespace pcl_ssfr
