@@ -3,7 +3,6 @@
 
 #include <pcl_ssfr/options.h>
 
-#include <algorithm>
 #include <cmath>
 #include <sstream>
 #include <stdexcept>
