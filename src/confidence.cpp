@@ -16,7 +16,7 @@ struct Coefficients {
 };
 // Fitted by scripts/fit_confidence on 918 right and 127 wrong answers (real pairs turned at random and as they are,
 // scans of different places, simulated offices, flats, halls and streets); without free space on 105 and 95.
-constexpr Coefficients kWithFreeSpace = {11.342, 2.624, -0.900, -4.724, 0.355, -116.1};
+constexpr Coefficients kWithFreeSpace = {11.863, 2.588, -1.108, -5.457, 0.327, -117.3};
 constexpr Coefficients kWithoutFreeSpace = {6.351, 0.909, -1.489, -0.896, 0.638, 0};
 constexpr double kMinScore = 0.02;
 constexpr double kMinThird = 0.001;
@@ -30,10 +30,10 @@ estimateConfidence(const Candidate& best, double rival_ratio, bool free_space)
     return 0;
   const Coefficients& c = free_space ? kWithFreeSpace : kWithoutFreeSpace;
   const double visible = std::max(best.overlap + best.contradiction + best.evidence.unmatched, kMinScore);
-  const double logit = c.constant + c.score * std::log(std::max(best.score, kMinScore)) +
-                       c.tightness * best.evidence.tightness + c.ratio * std::clamp(rival_ratio, -1.0, 1.0) +
-                       c.third * std::log(best.evidence.third_direction + kMinThird) +
-                       c.contradiction * best.contradiction / visible;
+  const double logit =
+      c.constant + c.score * std::log(std::max(best.score, kMinScore)) + c.tightness * best.evidence.tightness +
+      c.ratio * std::clamp(rival_ratio, free_space ? 0.0 : -1.0, 1.0) +
+      c.third * std::log(best.evidence.third_direction + kMinThird) + c.contradiction * best.contradiction / visible;
   return 1 / (1 + std::exp(-logit));
 }
 

@@ -83,11 +83,13 @@ TEST(Confidence, FallsWithContradictionsAndWithARival)
   rate(same_score);
   EXPECT_LT(estimateConfidence(twin, 0.2, true), estimateConfidence(same_score, 0.2, true));
   double before = 1;
-  for (double ratio = -1; ratio < 1; ratio += 0.1) {
+  for (double ratio = 0.05; ratio < 1; ratio += 0.1) {
     const double now = estimateConfidence(goodCandidate(), ratio, true);
     EXPECT_LT(now, before);
     before = now;
   }
+  // A rival that contradicts itself away is no more than none.
+  EXPECT_EQ(estimateConfidence(goodCandidate(), -0.5, true), estimateConfidence(goodCandidate(), 0, true));
 }
 
 TEST(Confidence, IsAProbabilityForAnyEvidence)
