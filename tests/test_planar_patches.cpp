@@ -111,7 +111,7 @@ struct NaiveSubdivision {
     const Eigen::MatrixXd d = p.colwise() - mean;
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(d * d.transpose() / static_cast<double>(count));
     const Eigen::Vector3d deviations = solver.eigenvalues().cwiseMax(0).cwiseSqrt();
-    if (count <= 64) { // not in two rows along the largest extent
+    if (count >= 8 && count <= 64) { // not in two rows along the largest extent
       Eigen::VectorXd across = solver.eigenvectors().col(1).transpose() * d;
       std::sort(across.begin(), across.end());
       for (Eigen::Index i = 1; i < across.size(); ++i)
@@ -234,13 +234,15 @@ TEST(ExtractPatches, TwoRowsAreNoPlaneThreeAre)
 {
   // One ring of a scanner on the floor, one on the wall: a plane goes through both, but there is no surface.
   const Eigen::Vector3d viewpoint(0.5, 0.1, 0.9);
-  const ThinnedCloud two = thin(rowsOfPoints({{0.225f, 0.025f}, {0.775f, 0.625f}}));
-  const PlanarPatches none = extractPatches(two, &viewpoint, kThickness, PatchOptions());
+  PatchOptions options;
+  options.finest_level = options.coarsest_level; // one cell
+  const ThinnedCloud two = thin(rowsOfPoints({{0.225f, 0.025f}, {0.425f, 0.275f}}));
+  const PlanarPatches none = extractPatches(two, &viewpoint, kThickness, options);
   EXPECT_EQ(none.size(), 0);
   EXPECT_EQ(none.clutter.size(), static_cast<std::size_t>(two.size()));
   // A third ring between them on the same plane makes it one.
-  const ThinnedCloud three = thin(rowsOfPoints({{0.225f, 0.025f}, {0.475f, 0.29773f}, {0.775f, 0.625f}}));
-  const PlanarPatches one = extractPatches(three, &viewpoint, kThickness, PatchOptions());
+  const ThinnedCloud three = thin(rowsOfPoints({{0.225f, 0.025f}, {0.325f, 0.15f}, {0.425f, 0.275f}}));
+  const PlanarPatches one = extractPatches(three, &viewpoint, kThickness, options);
   ASSERT_EQ(one.size(), 1);
   EXPECT_EQ(one.counts[0], 60U);
 }
