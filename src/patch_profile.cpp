@@ -337,8 +337,7 @@ public:
   searches()
   {
     std::vector<PatchSearch> all;
-    if (!checkScans())
-      return all;
+    checkScans(); // says whether there are too few directions
     for (const Effort& effort : kEfforts) {
       PatchSearch search;
       search.options = searchOptions(effort);

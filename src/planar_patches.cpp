@@ -18,10 +18,6 @@ namespace {
 constexpr double kHalfWidth = 1.7320508075688772; // of a uniformly covered interval, in standard deviations
 constexpr double kLineWidth = 1e-3; // of the length: points that spread less across are a line, which has no normal
 
-constexpr std::uint32_t kMaxRowPoints = 64; // more points than this do not come in two rows
-constexpr std::uint32_t kMinRowPoints = 8;  // fewer have such gaps by chance (3 % of eight, a quarter of five)
-constexpr float kRowGap = 0.6f;             // of the width of a patch: a gap wider than this parts two rows
-
 CellMoments&
 operator+=(CellMoments& moments, const CellMoments& other)
 {
@@ -106,7 +102,7 @@ private:
       const Plane plane = fitPlane(total);
       const bool crowded =
           level > 0 && options_.split_above > 0 && count > static_cast<std::uint32_t>(options_.split_above);
-      if (!crowded && isPatch(plane) && !isTwoRows(plane, first, count)) {
+      if (!crowded && isPatch(plane)) {
         planes_.push_back(plane);
         patches_.first_point.push_back(first);
         patches_.counts.push_back(count);
@@ -128,25 +124,6 @@ private:
     const double bound = thickness_ + options_.range_noise * range;
     return plane.deviations[0] <= bound && plane.deviations[0] < options_.max_flatness * plane.deviations[1] &&
            plane.deviations[1] > kLineWidth * plane.deviations[2];
-  }
-
-  /// Whether the points lie on two lines only, longer than they are apart. Two parallel lines always span a plane, be
-  /// they on the floor and on a wall: nothing says that there is a surface between them. Rings of scanners make such
-  /// pairs of lines.
-  bool
-  isTwoRows(const Plane& plane, std::uint32_t first, std::uint32_t count)
-  {
-    if (count < kMinRowPoints || count > kMaxRowPoints)
-      return false;
-    const Eigen::Vector3d minor = plane.normal.cross(plane.major);
-    along_.clear();
-    for (std::uint32_t i = first; i < first + count; ++i)
-      along_.push_back(static_cast<float>(minor.dot(cloud_.points.col(i).cast<double>() - plane.mean)));
-    std::sort(along_.begin(), along_.end());
-    float widest = 0;
-    for (std::size_t i = 1; i < along_.size(); ++i)
-      widest = std::max(widest, along_[i] - along_[i - 1]);
-    return widest > kRowGap * (along_.back() - along_.front());
   }
 
   /// The side of the plane that was seen, +1 or -1; 0 when nothing tells.
@@ -203,7 +180,6 @@ private:
   double thickness_;
   const PatchOptions& options_;
   std::vector<Plane> planes_;
-  std::vector<float> along_; ///< scratch
   PlanarPatches patches_;
 };
 

@@ -109,15 +109,11 @@ struct NaiveSubdivision {
         cloud.points.middleCols(static_cast<Eigen::Index>(first), static_cast<Eigen::Index>(count)).cast<double>();
     const Eigen::Vector3d mean = p.rowwise().mean();
     const Eigen::MatrixXd d = p.colwise() - mean;
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(d * d.transpose() / static_cast<double>(count));
-    const Eigen::Vector3d deviations = solver.eigenvalues().cwiseMax(0).cwiseSqrt();
-    if (count >= 8 && count <= 64) { // not in two rows along the largest extent
-      Eigen::VectorXd across = solver.eigenvectors().col(1).transpose() * d;
-      std::sort(across.begin(), across.end());
-      for (Eigen::Index i = 1; i < across.size(); ++i)
-        if (across[i] - across[i - 1] > 0.6 * (across[across.size() - 1] - across[0]))
-          return false;
-    }
+    const Eigen::Vector3d deviations =
+        Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(d * d.transpose() / static_cast<double>(count))
+            .eigenvalues()
+            .cwiseMax(0)
+            .cwiseSqrt();
     return deviations[0] <= kThickness + options.range_noise * (mean - viewpoint).norm() &&
            deviations[0] < options.max_flatness * deviations[1];
   }
@@ -215,36 +211,6 @@ TEST(ExtractPatches, LineIsNoPlane)
   EXPECT_EQ(flat.size(), 0);
   line = Eigen::Matrix3Xf(Eigen::Quaternionf(0.3f, 0.5f, -0.2f, 0.7f).normalized().toRotationMatrix() * line);
   EXPECT_EQ(extractPatches(thin(line), nullptr, kThickness, PatchOptions()).size(), 0);
-}
-
-/// Rows of 20 points each, 5 cm apart, at the given places (y, z).
-Eigen::Matrix3Xf
-rowsOfPoints(const std::vector<Eigen::Vector2f>& rows)
-{
-  constexpr int kPoints = 20;
-  Eigen::Matrix3Xf points(3, kPoints * static_cast<Eigen::Index>(rows.size()));
-  Eigen::Index next = 0;
-  for (const Eigen::Vector2f& row : rows)
-    for (int i = 0; i < kPoints; ++i)
-      points.col(next++) << (static_cast<float>(i) + 0.5f) * 0.05f, row.x(), row.y();
-  return points;
-}
-
-TEST(ExtractPatches, TwoRowsAreNoPlaneThreeAre)
-{
-  // One ring of a scanner on the floor, one on the wall: a plane goes through both, but there is no surface.
-  const Eigen::Vector3d viewpoint(0.5, 0.1, 0.9);
-  PatchOptions options;
-  options.finest_level = options.coarsest_level; // one cell
-  const ThinnedCloud two = thin(rowsOfPoints({{0.225f, 0.025f}, {0.425f, 0.275f}}));
-  const PlanarPatches none = extractPatches(two, &viewpoint, kThickness, options);
-  EXPECT_EQ(none.size(), 0);
-  EXPECT_EQ(none.clutter.size(), static_cast<std::size_t>(two.size()));
-  // A third ring between them on the same plane makes it one.
-  const ThinnedCloud three = thin(rowsOfPoints({{0.225f, 0.025f}, {0.325f, 0.15f}, {0.425f, 0.275f}}));
-  const PlanarPatches one = extractPatches(three, &viewpoint, kThickness, options);
-  ASSERT_EQ(one.size(), 1);
-  EXPECT_EQ(one.counts[0], 60U);
 }
 
 TEST(ExtractPatches, Degenerate)
