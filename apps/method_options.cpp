@@ -29,18 +29,26 @@ methodNames()
   return names;
 }
 
-Eigen::Vector3d
-parseGravity(const std::string& text)
+/// The numbers of an option that wants \p count of them; \p form: how they are asked for.
+std::vector<double>
+parseNumbers(const std::string& option, const std::string& text, std::size_t count, const std::string& form)
 {
   std::vector<double> values;
   for (const auto token : io::splitTokens(text)) {
     const auto value = io::parseNumber(token);
     if (!value)
-      throw UsageError("--gravity: " + io::inQuotes(token) + " is not a number");
+      throw UsageError(option + ": " + io::inQuotes(token) + " is not a number");
     values.push_back(*value);
   }
-  if (values.size() != 3)
-    throw UsageError("--gravity: " + io::inQuotes(text) + " is not x,y,z");
+  if (values.size() != count)
+    throw UsageError(option + ": " + io::inQuotes(text) + " is not " + form);
+  return values;
+}
+
+Eigen::Vector3d
+parseGravity(const std::string& text)
+{
+  const std::vector<double> values = parseNumbers("--gravity", text, 3, "x,y,z");
   const Eigen::Vector3d up(values[0], values[1], values[2]);
   if (!up.allFinite() || !(up.norm() > 0))
     throw UsageError("--gravity: " + io::inQuotes(text) + " is not a direction");
@@ -51,18 +59,10 @@ GuessTolerance
 parseGuessTolerance(const std::string& text)
 {
   constexpr double kDegree = 3.14159265358979323846 / 180;
-  const std::string option = "--guess-tolerance: " + io::inQuotes(text);
-  std::vector<double> values;
-  for (const auto token : io::splitTokens(text)) {
-    const auto value = io::parseNumber(token);
-    if (!value)
-      throw UsageError("--guess-tolerance: " + io::inQuotes(token) + " is not a number");
-    values.push_back(*value);
-  }
-  if (values.size() != 2)
-    throw UsageError(option + " is not DEG,M");
+  const std::vector<double> values = parseNumbers("--guess-tolerance", text, 2, "DEG,M");
   if (!(values[0] > 0 && values[0] <= 180 && values[1] > 0 && std::isfinite(values[1])))
-    throw UsageError(option + ": the angle must be in (0, 180] degrees, the distance greater than 0");
+    throw UsageError("--guess-tolerance: " + io::inQuotes(text) +
+                     ": the angle must be in (0, 180] degrees, the distance greater than 0");
   return {values[0] * kDegree, values[1]};
 }
 

@@ -3,6 +3,7 @@
 
 // Success, accuracy and time of a method on every pair of dataset folders (pairs.csv beside the scans).
 
+#include "cloud_views.h"
 #include "scan_loader.h"
 
 #include <apps/io/dataset_folder.h>
@@ -33,6 +34,7 @@ namespace {
 
 namespace fs = std::filesystem;
 namespace po = boost::program_options;
+using pcl_ssfr::testing::viewOfCloud;
 using Cloud = pcl::PointCloud<pcl::PointXYZ>;
 
 constexpr double kMaxRotationError = 2;      // [deg] success ...
@@ -93,16 +95,6 @@ randomRotation(std::mt19937_64& rng)
   return T;
 }
 
-pcl_ssfr::ScanView
-viewOf(const Cloud& cloud)
-{
-  pcl_ssfr::ScanView view;
-  view.xyz = cloud.empty() ? nullptr : cloud.points.data()->data;
-  view.stride = sizeof(pcl::PointXYZ) / sizeof(float);
-  view.size = cloud.size();
-  return view;
-}
-
 pcl::PointCloud<pcl::PointNormal>::Ptr
 withNormals(const Cloud::Ptr& cloud, unsigned threads)
 {
@@ -154,7 +146,7 @@ runMethod(const Cloud::Ptr& source, const Cloud::Ptr& target, const Settings& se
   if (settings.method == "icp_point_to_plane")
     return runIcp(source, target, settings.threads);
   const Options options = makeMethodOptions(settings);
-  const auto [s, t] = prepareScans(viewOf(*source), viewOf(*target), options);
+  const auto [s, t] = prepareScans(viewOfCloud(*source), viewOfCloud(*target), options);
   return registerScans(s, t, options);
 }
 
@@ -166,8 +158,8 @@ whyLost(const Cloud& source, const Cloud& target, const Eigen::Isometry3d& truth
   constexpr double kNearRotation = 4;      // [deg] from there the refinement finds the truth
   constexpr double kNearTranslation = 0.6; // [m]
   const Options options = makeMethodOptions(settings);
-  const PatchScan s = preparePatchScan(viewOf(source), options);
-  const PatchScan t = preparePatchScan(viewOf(target), options);
+  const PatchScan s = preparePatchScan(viewOfCloud(source), options);
+  const PatchScan t = preparePatchScan(viewOfCloud(target), options);
   const Candidate judged = judgePose(s, t, truth, options, false);
   const Candidate refined = judgePose(s, t, truth, options, true);
   const Eigen::Isometry3d inner = Eigen::Translation3d(-t.origin) * truth * Eigen::Translation3d(s.origin);

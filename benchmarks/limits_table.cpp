@@ -4,6 +4,7 @@
 // How well limits are kept: the peak memory of a registration relative to its two clouds, and the time that it takes
 // under a time limit. Simulated scans of a hall. See `limits_table --help`.
 
+#include "cloud_views.h"
 #include "synthetic_scene.h"
 
 #include <pcl_ssfr/pipeline.h>
@@ -29,6 +30,7 @@
 namespace {
 
 using namespace pcl_ssfr;
+using testing::viewOfCloud;
 using Cloud = pcl::PointCloud<pcl::PointXYZ>;
 using Registration = StructuredSceneRegistration<pcl::PointXYZ, pcl::PointXYZ>;
 
@@ -99,16 +101,6 @@ scanScene(const testing::Scene& scene, std::size_t station, double points)
   for (Eigen::Index i = 0; i < scan.cols(); ++i)
     (*cloud)[static_cast<std::size_t>(i)].getVector3fMap() = scan.col(i);
   return cloud;
-}
-
-ScanView
-viewOf(const Cloud& cloud)
-{
-  ScanView view;
-  view.xyz = cloud.points.data()->data;
-  view.stride = sizeof(pcl::PointXYZ) / sizeof(float);
-  view.size = cloud.size();
-  return view;
 }
 
 Options
@@ -209,7 +201,7 @@ printMemoryRow(const char* name, double points, const Settings& settings, bool t
       status = registration.getResult().status;
       return;
     }
-    const auto [s, t] = prepareScans(viewOf(*source), viewOf(*target), optionsOf(settings));
+    const auto [s, t] = prepareScans(viewOfCloud(*source), viewOfCloud(*target), optionsOf(settings));
     status = registerScans(s, t, optionsOf(settings)).status;
   });
   std::printf("| %s | %.0f | %.0f | %.0f | %.2f | %.2f | %s |\n",
@@ -256,8 +248,9 @@ printTime(const Settings& settings)
     Options options = optionsOf(settings);
     PreparedScan prepared_source;
     PreparedScan prepared_target;
-    const double preparation = secondsOf(
-        [&] { std::tie(prepared_source, prepared_target) = prepareScans(viewOf(*source), viewOf(*target), options); });
+    const double preparation = secondsOf([&] {
+      std::tie(prepared_source, prepared_target) = prepareScans(viewOfCloud(*source), viewOfCloud(*target), options);
+    });
     const double whole_search = secondsOf([&] { registerScans(prepared_source, prepared_target, options); });
     for (const double limit : kLimits) {
       options.time_limit = limit;

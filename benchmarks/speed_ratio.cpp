@@ -4,7 +4,9 @@
 // Time of a whole registration against two yardsticks of PCL on the same raw clouds, in the same run; and how the time
 // of each stage grows with the number of points. See `speed_ratio --help`.
 
+#include "cloud_views.h"
 #include "scan_loader.h"
+#include "scan_views.h"
 #include "synthetic_scene.h"
 #include "timing.h"
 
@@ -32,6 +34,8 @@ namespace {
 using namespace pcl_ssfr;
 using benchmarks::median;
 using benchmarks::medianSeconds;
+using testing::viewOfCloud;
+using testing::viewOfPoints;
 using Cloud = pcl::PointCloud<pcl::PointXYZ>;
 using NormalCloud = pcl::PointCloud<pcl::PointNormal>;
 
@@ -99,25 +103,6 @@ parse(int argc, char** argv)
   if (settings.scaling != settings.datasets.empty())
     throw std::invalid_argument("give dataset folders, or --scaling");
   return settings;
-}
-
-ScanView
-viewOf(const Cloud& cloud)
-{
-  ScanView view;
-  view.xyz = cloud.empty() ? nullptr : cloud.points.data()->data;
-  view.stride = sizeof(pcl::PointXYZ) / sizeof(float);
-  view.size = cloud.size();
-  return view;
-}
-
-ScanView
-viewOf(const Eigen::Matrix3Xf& points)
-{
-  ScanView view;
-  view.xyz = points.data();
-  view.size = static_cast<std::size_t>(points.cols());
-  return view;
 }
 
 Result
@@ -203,18 +188,18 @@ timePair(const std::string& folder, const io::ScanPair& pair, const Options& opt
   times.points = static_cast<double>(source->size() + target->size());
   Result result;
   times.registration =
-      medianSeconds(settings.runs, [&] { result = registerPair(viewOf(*source), viewOf(*target), options); });
+      medianSeconds(settings.runs, [&] { result = registerPair(viewOfCloud(*source), viewOfCloud(*target), options); });
   Options other = options;
   other.threads = 1;
   std::vector<double> unavoidable;
   times.one_thread = medianSeconds(settings.runs, [&] {
-    unavoidable.push_back(unavoidableSeconds(registerPair(viewOf(*source), viewOf(*target), other)));
+    unavoidable.push_back(unavoidableSeconds(registerPair(viewOfCloud(*source), viewOfCloud(*target), other)));
   });
   times.unavoidable = median(unavoidable);
   if (settings.with_paper) {
     other = makeOptions(Profile::Paper2017);
     other.threads = options.threads;
-    times.paper = medianSeconds(1, [&] { registerPair(viewOf(*source), viewOf(*target), other); });
+    times.paper = medianSeconds(1, [&] { registerPair(viewOfCloud(*source), viewOfCloud(*target), other); });
   }
   const Eigen::Isometry3d error = result.T_target_source.inverse() * pair.T_target_source;
   times.solved = Eigen::AngleAxisd(error.linear()).angle() < 2 * kPi / 180 && error.translation().norm() < 0.3;
@@ -335,7 +320,7 @@ printScaling(const Settings& settings, const Options& options)
       PreparedScan prepared_source;
       PreparedScan prepared_target;
       preparation.push_back(medianSeconds(1, [&] {
-        std::tie(prepared_source, prepared_target) = prepareScans(viewOf(source), viewOf(target), options);
+        std::tie(prepared_source, prepared_target) = prepareScans(viewOfPoints(source), viewOfPoints(target), options);
       }));
       const double registration =
           medianSeconds(1, [&] { result = registerScans(prepared_source, prepared_target, options); });

@@ -5,6 +5,7 @@
 // `stage_benchmarks --benchmark_filter=thinning`; its other options: --help. Where PCL has a counterpart, the counter
 // over_pcl is our processor time over PCL's for the same work, in the same run. One thread, unless the name tells more.
 
+#include "scan_views.h"
 #include "synthetic_scene.h"
 
 #include <pcl_ssfr/baselines/fast_global_registration.h>
@@ -31,6 +32,7 @@
 namespace {
 
 using namespace pcl_ssfr;
+using testing::viewOfPoints;
 using Cloud = pcl::PointCloud<pcl::PointXYZ>;
 
 constexpr double kPi = 3.14159265358979323846;
@@ -50,15 +52,6 @@ constexpr double kRefitAngle = 0.12; // [rad]
 // A start for the refinements, beside the truth.
 constexpr double kStartTurn = 0.03; // [rad]
 constexpr double kStartShift = 0.2; // [m]
-
-ScanView
-viewOf(const Eigen::Matrix3Xf& points)
-{
-  ScanView view;
-  view.xyz = points.data();
-  view.size = static_cast<std::size_t>(points.cols());
-  return view;
-}
 
 Cloud::Ptr
 cloudOf(const Eigen::Matrix3Xf& points)
@@ -93,8 +86,8 @@ makePair(std::int64_t size)
   pair.target = testing::castScan(scene, T_world_target, pattern, 1);
   pair.source = testing::castScan(scene, T_world_source, pattern, 2);
   pair.T_target_source = testing::relativePose(T_world_target, T_world_source);
-  pair.source_scan = preparePatchScan(viewOf(pair.source), pair.options);
-  pair.target_scan = preparePatchScan(viewOf(pair.target), pair.options);
+  pair.source_scan = preparePatchScan(viewOfPoints(pair.source), pair.options);
+  pair.target_scan = preparePatchScan(viewOfPoints(pair.target), pair.options);
   pair.start = Eigen::Translation3d(Eigen::Vector3d::Constant(kStartShift / std::sqrt(3)) - pair.target_scan.origin) *
                pair.T_target_source * Eigen::AngleAxisd(kStartTurn, Eigen::Vector3d::UnitX()) *
                Eigen::Translation3d(pair.source_scan.origin);
@@ -160,7 +153,7 @@ countOf(Eigen::Index n)
 ThinnedCloud
 thinned(const Pair& pair)
 {
-  return thinScan(viewOf(pair.source), kLeaf, measureExtent(viewOf(pair.source)).median);
+  return thinScan(viewOfPoints(pair.source), kLeaf, measureExtent(viewOfPoints(pair.source)).median);
 }
 
 /// PCL's normals of all points from their neighbours.
@@ -271,7 +264,7 @@ lookup(benchmark::State& state, const Pair& pair)
   const Eigen::Matrix3Xf places = moved.points.cast<float>();
   const Eigen::Matrix3Xf normals = moved.normals.cast<float>();
   const PatchIndex::Tolerance tolerance;
-  const ThinnedCloud target = thinScan(viewOf(pair.target), kLeaf, pair.target_scan.origin);
+  const ThinnedCloud target = thinScan(viewOfPoints(pair.target), kLeaf, pair.target_scan.origin);
   pcl::KdTreeFLANN<pcl::PointXYZ> tree;
   tree.setInputCloud(cloudOf(target.points));
   const Cloud::Ptr queries = cloudOf(places);
@@ -421,7 +414,7 @@ paperNormalEstimation(benchmark::State& state, const Pair& pair)
   const Cloud::Ptr cloud = cloudOf(pair.source);
   measure(
       state,
-      [&] { benchmark::DoNotOptimize(estimateNormals(viewOf(pair.source), paperNormals(), true)); },
+      [&] { benchmark::DoNotOptimize(estimateNormals(viewOfPoints(pair.source), paperNormals(), true)); },
       cloud->size(),
       [&] { estimateNormalsWithPcl(cloud, paperNormals().radius); });
 }
@@ -429,7 +422,8 @@ paperNormalEstimation(benchmark::State& state, const Pair& pair)
 void
 paperDensityFilter(benchmark::State& state, const Pair& pair)
 {
-  const DirectionSet sphere = makeGaussianSphere(estimateNormals(viewOf(pair.source), paperNormals(), true).samples);
+  const DirectionSet sphere =
+      makeGaussianSphere(estimateNormals(viewOfPoints(pair.source), paperNormals(), true).samples);
   const DensityOptions options;
   measure(
       state,
@@ -440,7 +434,8 @@ paperDensityFilter(benchmark::State& state, const Pair& pair)
 void
 paperMeanShift(benchmark::State& state, const Pair& pair)
 {
-  const DirectionSet sphere = makeGaussianSphere(estimateNormals(viewOf(pair.source), paperNormals(), true).samples);
+  const DirectionSet sphere =
+      makeGaussianSphere(estimateNormals(viewOfPoints(pair.source), paperNormals(), true).samples);
   const DensityOptions options;
   const std::vector<DenseRegion> regions = findDensestRegions(sphere, computeDensity(sphere, options), options);
   measure(
@@ -453,8 +448,8 @@ paperMeanShift(benchmark::State& state, const Pair& pair)
 void
 paperCorrelation(benchmark::State& state, const Pair& pair)
 {
-  const OrientedSamples source = estimateNormals(viewOf(pair.source), paperNormals(), true).samples;
-  const OrientedSamples target = estimateNormals(viewOf(pair.target), paperNormals(), true).samples;
+  const OrientedSamples source = estimateNormals(viewOfPoints(pair.source), paperNormals(), true).samples;
+  const OrientedSamples target = estimateNormals(viewOfPoints(pair.target), paperNormals(), true).samples;
   const Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();
   measure(
       state,
@@ -478,7 +473,7 @@ wholeRegistration(benchmark::State& state, const Pair& pair, Profile profile, un
   const Cloud::Ptr source = cloudOf(pair.source);
   const Cloud::Ptr target = cloudOf(pair.target);
   const auto run = [&] {
-    const auto [s, t] = prepareScans(viewOf(pair.source), viewOf(pair.target), options);
+    const auto [s, t] = prepareScans(viewOfPoints(pair.source), viewOfPoints(pair.target), options);
     benchmark::DoNotOptimize(registerScans(s, t, options));
   };
   if (threads > 1)
@@ -495,8 +490,8 @@ fastGlobalRegistration(benchmark::State& state, const Pair& pair)
   measure(
       state,
       [&] {
-        benchmark::DoNotOptimize(
-            baselines::registerFastGlobal(viewOf(pair.source), viewOf(pair.target), baselines::FastGlobalOptions()));
+        benchmark::DoNotOptimize(baselines::registerFastGlobal(
+            viewOfPoints(pair.source), viewOfPoints(pair.target), baselines::FastGlobalOptions()));
       },
       countOf(pair.source.cols() + pair.target.cols()));
 }

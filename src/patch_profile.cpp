@@ -303,9 +303,10 @@ public:
       }
     if (!checkScans())
       return result_;
+    const std::vector<RotationCandidate> sweep = proposeSweep();
     std::vector<JudgedPose> poses;
     for (const Effort& effort : kEfforts) {
-      std::vector<RotationCandidate> rotations = proposeRotations(effort);
+      const std::vector<RotationCandidate> rotations = proposeRotations(effort, sweep);
       if (rotations.empty() && !guess)
         return fail(Status::NoCandidate, "no rotation lays the main normals of the scans on each other");
       std::vector<PoseHypothesis> hypotheses = searchPoses(rotations, searchOptions(effort));
@@ -338,12 +339,13 @@ public:
   {
     std::vector<PatchSearch> all;
     checkScans(); // says whether there are too few directions
+    const std::vector<RotationCandidate> sweep = proposeSweep();
     for (const Effort& effort : kEfforts) {
       PatchSearch search;
       search.options = searchOptions(effort);
       search.source_normals = source_normals_;
       search.target_normals = target_normals_;
-      search.rotations = proposeRotations(effort);
+      search.rotations = proposeRotations(effort, sweep);
       search.poses = searchPoses(search.rotations, search.options);
       search.refined = std::min(search.poses.size(), effort.poses);
       all.push_back(std::move(search));
@@ -357,7 +359,7 @@ public:
     JudgedPose pose;
     pose.T_target_source = toInner(T_target_source);
     if (refine)
-      refineOnPatches(pose);
+      pose.T_target_source = refineOnPatches(pose.T_target_source);
     judgeFinely(pose);
     return makeCandidate(pose);
   }
@@ -520,9 +522,16 @@ private:
            keepsVertical(R_target_source, *options_.gravity, std::max(options_.gravity->tolerance, least));
   }
 
-  /// METHOD stages 6 to 8, merged and ranked (METHOD point 3).
+  /// Rotations about the directions where main normals do not tell them; the same for every effort.
   std::vector<RotationCandidate>
-  proposeRotations(const Effort& effort)
+  proposeSweep() const
+  {
+    return sweepRotations(sweepAxes(source_normals_, source_), sweepAxes(target_normals_, target_), kSweepSteps);
+  }
+
+  /// METHOD stages 6 to 8, merged and ranked (METHOD point 3), and those of the \p sweep.
+  std::vector<RotationCandidate>
+  proposeRotations(const Effort& effort, const std::vector<RotationCandidate>& sweep)
   {
     RotationOptions rotation;
     rotation.angle_tolerance = kPairAngle;
@@ -535,8 +544,7 @@ private:
     rotations.erase(std::remove_if(rotations.begin(), rotations.end(), contradicts_priors), rotations.end());
     const std::size_t all = rotations.size();
     rotations.resize(std::min(all, effort.rotations));
-    for (const RotationCandidate& r :
-         sweepRotations(sweepAxes(source_normals_, source_), sweepAxes(target_normals_, target_), kSweepSteps))
+    for (const RotationCandidate& r : sweep)
       if (!contradicts_priors(r))
         rotations.push_back(r);
     if (prior_) {
@@ -706,13 +714,13 @@ private:
     return distinct;
   }
 
-  void
-  refineOnPatches(JudgedPose& pose) const
+  Eigen::Isometry3d
+  refineOnPatches(const Eigen::Isometry3d& T_target_source) const
   {
     constexpr int kSteps = 15;
     RefinementOptions options = refinement(kFineReach, kFineFinal, kNormals, kSteps);
     options.min_step = kFineStep * scale_;
-    pose.T_target_source = refinePatches(source_.patches, target_.index, pose.T_target_source, options).T_target_source;
+    return refinePatches(source_.patches, target_.index, T_target_source, options).T_target_source;
   }
 
   void
@@ -721,13 +729,8 @@ private:
     const std::size_t before = poses.size();
     forEachPose(poses, [&](JudgedPose& pose) {
       judgeFinely(pose);
-      if (!options_.refine || outOfTime())
-        return;
-      JudgedPose refined = pose;
-      refineOnPatches(refined);
-      judgeFinely(refined);
-      if (isNoWorse(refined, pose))
-        pose = refined;
+      if (options_.refine && !outOfTime())
+        moveUnlessWorse(pose, refineOnPatches(pose.T_target_source));
     });
     if (options_.gravity)
       dropTilted(poses, options_.gravity->tolerance + kGravityMargin);
@@ -810,15 +813,8 @@ private:
     };
     if (options_.refine && !outOfTime()) {
       Refinement refined = run();
-      if (isPolished(pose.T_target_source, refined.T_target_source)) {
-        JudgedPose polished = pose;
-        polished.T_target_source = refined.T_target_source;
-        judgeFinely(polished);
-        if (isNoWorse(polished, pose)) {
-          pose = polished;
-          return refined;
-        }
-      }
+      if (isPolished(pose.T_target_source, refined.T_target_source) && moveUnlessWorse(pose, refined.T_target_source))
+        return refined;
     }
     // What is told of the pose must be told of the one that is returned.
     options.steps = 1;
@@ -826,12 +822,18 @@ private:
     return run();
   }
 
-  /// Whether a refined pose explains the scans about as well as the one it comes from, or better: a refinement may be
-  /// drawn away by what moved, or by patches of few points.
-  static bool
-  isNoWorse(const JudgedPose& refined, const JudgedPose& before)
+  /// Take a pose to where a refinement has led it, if it explains the scans about as well there, or better: a
+  /// refinement may be drawn away by what moved, or by patches of few points.
+  bool
+  moveUnlessWorse(JudgedPose& pose, const Eigen::Isometry3d& T_refined) const
   {
-    return refined.score >= std::min(kKeptScore * before.score, before.score);
+    JudgedPose refined = pose;
+    refined.T_target_source = T_refined;
+    judgeFinely(refined);
+    if (refined.score < std::min(kKeptScore * pose.score, pose.score))
+      return false;
+    pose = refined;
+    return true;
   }
 
   /// Whether the polish did not walk away from the pose that it was given.
@@ -967,7 +969,9 @@ private:
     constexpr double kNear = 0.9; // of the best score and of its matched surface
     constexpr std::size_t kSeveral = 3;
     const JudgedPose& best = poses.front();
-    const double least = laysSensorOnSensor(best) ? kSensorOnSensorRatio : ambiguousRatio(seesFreeSpace());
+    const double least = !laysSensorOnSensor(best)     ? ambiguousRatio(seesFreeSpace())
+                         : isWeaklyDetermined(polish_) ? kPatternRatio
+                                                       : kSensorOnSensorRatio;
     std::size_t equal = 0;
     std::size_t near = 0;
     for (const JudgedPose& pose : poses) {
@@ -987,6 +991,16 @@ private:
            (pose.T_target_source * source_.viewpoint - target_.viewpoint).norm() < kSameSensor * scale_;
   }
 
+  /// Whether little surface tells where along some direction the source is: there the pattern of the rays weighs much.
+  static bool
+  isWeaklyDetermined(const Refinement& refinement)
+  {
+    const ObservabilityOptions weak{kWeakInformation};
+    const std::vector<UnobservableDirection> directions = findUnobservableDirections(refinement, weak);
+    return std::any_of(
+        directions.begin(), directions.end(), [](const UnobservableDirection& d) { return !d.rotation; });
+  }
+
   static std::string
   lowOverlapMessage(const Candidate& best)
   {
@@ -1003,7 +1017,9 @@ private:
   static constexpr double kPolishLateral = 0.1; // [m] at scale 1
   static constexpr double kSameSensor = 0.1;    // [m] at scale 1
   static constexpr double kSensorOnSensorRatio =
-      0.85; // of the best score: a rival of a pose that lays sensor on sensor
+      0.85;                                    // of the best score: a rival of a pose that lays sensor on sensor
+  static constexpr double kPatternRatio = 0.7; // the same where the scene hardly tells the place along a direction ...
+  static constexpr double kWeakInformation = 0.02; // ... with less than this of the information along the best one
   static constexpr double kUnobservableConfidence = 0.3;
   static constexpr double kHopelessOverlap = 0.15;
   static constexpr double kPolishedShare = 0.85; // of the best score: a rival that is polished too

@@ -128,12 +128,8 @@ TEST(Repetition, StoreysAreToldApart)
 TEST(Repetition, ColumnsAreToldApart)
 {
   Tally tally;
-  for (const std::uint64_t seed : {1, 2}) {
-    const std::vector<PosedScan> scans = takeScans(planScans("hall", "leica_p20", 4, 60000, seed));
-    for (std::size_t i = 1; i < scans.size(); ++i)
-      for (std::size_t j = 0; j < i; ++j)
-        addPair(tally, scans, i, j, seed);
-  }
+  for (const std::uint64_t seed : {1, 2})
+    addAllPairs(tally, takeScans(planScans("hall", "leica_p20", 4, 60000, seed)), seed);
   ASSERT_EQ(tally.pairs, 12u);
   EXPECT_GE(tally.solved, 11u) << tally.failures;
   EXPECT_EQ(tally.wrong, 0u) << tally.failures;
@@ -143,12 +139,8 @@ TEST(Repetition, RoundHallIsNeverBelievedAtTheWrongTurn)
 {
   // Columns in a ring: a tenth of a turn away the hall looks nearly the same, and its wall tells no rotation.
   Tally tally;
-  for (const std::uint64_t seed : {1, 2, 3}) {
-    const std::vector<PosedScan> scans = takeScans(planScans("cylinder_hall", "leica_p20", 4, 40000, seed));
-    for (std::size_t i = 1; i < scans.size(); ++i)
-      for (std::size_t j = 0; j < i; ++j)
-        addPair(tally, scans, i, j, seed);
-  }
+  for (const std::uint64_t seed : {1, 2, 3})
+    addAllPairs(tally, takeScans(planScans("cylinder_hall", "leica_p20", 4, 40000, seed)), seed);
   ASSERT_EQ(tally.pairs, 18u);
   EXPECT_EQ(tally.wrong, 0u) << tally.failures;
   EXPECT_GE(tally.solved, 9u) << tally.failures;

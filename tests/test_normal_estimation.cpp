@@ -3,6 +3,7 @@
 
 #include <pcl_ssfr/normal_estimation.h>
 
+#include "scan_views.h"
 #include "synthetic_scene.h"
 #include "voxel_sampling.h"
 
@@ -22,16 +23,9 @@
 namespace pcl_ssfr {
 namespace {
 
-constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+using testing::viewOfPoints;
 
-ScanView
-viewOf(const Eigen::Matrix3Xf& points)
-{
-  ScanView view;
-  view.xyz = points.data();
-  view.size = static_cast<std::size_t>(points.cols());
-  return view;
-}
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 
 /// A grid of \p side x \p side points on the plane z = -1, 2 cm apart.
 Eigen::Matrix3Xf
@@ -63,7 +57,7 @@ scanRoom()
 TEST(NormalEstimation, PlaneByHand)
 {
   const Eigen::Matrix3Xf points = makeFloor(20);
-  const NormalEstimationResult result = estimateNormals(viewOf(points), keepAll(0.1), true);
+  const NormalEstimationResult result = estimateNormals(viewOfPoints(points), keepAll(0.1), true);
   ASSERT_EQ(result.samples.size(), 400);
   EXPECT_EQ(result.finite_points, 400U);
   EXPECT_NEAR(result.resolution, 0.02, 1e-4);
@@ -79,9 +73,9 @@ TEST(NormalEstimation, ViewpointDecidesTheSign)
   const Eigen::Matrix3Xf points = makeFloor(10);
   NormalOptions options = keepAll(0.1);
   options.away_from_viewpoint = true;
-  EXPECT_LT(estimateNormals(viewOf(points), options, true).samples.normals.row(2).maxCoeff(), -0.99);
+  EXPECT_LT(estimateNormals(viewOfPoints(points), options, true).samples.normals.row(2).maxCoeff(), -0.99);
   options.away_from_viewpoint = false;
-  ScanView below = viewOf(points);
+  ScanView below = viewOfPoints(points);
   below.viewpoint << 0, 0, -5;
   EXPECT_LT(estimateNormals(below, options, true).samples.normals.row(2).maxCoeff(), -0.99);
   EXPECT_FALSE(estimateNormals(below, options, false).samples.oriented);
@@ -90,7 +84,7 @@ TEST(NormalEstimation, ViewpointDecidesTheSign)
 TEST(NormalEstimation, SameNormalsAsPcl)
 {
   const testing::ScanWithNormals scan = scanRoom();
-  const NormalEstimationResult result = estimateNormals(viewOf(scan.points), keepAll(0.15), true, 2);
+  const NormalEstimationResult result = estimateNormals(viewOfPoints(scan.points), keepAll(0.15), true, 2);
 
   auto cloud = pcl::make_shared<pcl::PointCloud<pcl::PointXYZ>>();
   for (Eigen::Index i = 0; i < scan.points.cols(); ++i)
@@ -122,14 +116,14 @@ TEST(NormalEstimation, SameNormalsAsPcl)
 TEST(NormalEstimation, FindsTheTrueNormalsOfARoom)
 {
   const testing::ScanWithNormals scan = scanRoom();
-  const NormalEstimationResult derived = estimateNormals(viewOf(scan.points), NormalOptions(), true);
+  const NormalEstimationResult derived = estimateNormals(viewOfPoints(scan.points), NormalOptions(), true);
   EXPECT_GE(derived.radius, 0.1);
   EXPECT_LE(derived.radius, 0.9);
   EXPECT_GE(derived.leaf, 0.04);
   EXPECT_LE(derived.leaf, 0.1);
   NormalOptions options;
   options.radius = 0.2;
-  const NormalEstimationResult result = estimateNormals(viewOf(scan.points), options, true);
+  const NormalEstimationResult result = estimateNormals(viewOfPoints(scan.points), options, true);
   ASSERT_GT(result.samples.size(), 1000);
   Eigen::Index right = 0;
   for (Eigen::Index i = 0; i < result.samples.size(); ++i) {
@@ -151,7 +145,7 @@ TEST(NormalEstimation, DropsLinesPairsAndLonePoints)
   points.col(50) << 100, 0, 0;
   points.col(51) << 200, 0, 0;
   points.col(52) << 200, 0.01F, 0;
-  EXPECT_EQ(estimateNormals(viewOf(points), keepAll(0.1), true).samples.size(), 0);
+  EXPECT_EQ(estimateNormals(viewOfPoints(points), keepAll(0.1), true).samples.size(), 0);
 }
 
 TEST(NormalEstimation, SkipsWhatIsNotFiniteAndHonoursIndicesAndRange)
@@ -162,21 +156,21 @@ TEST(NormalEstimation, SkipsWhatIsNotFiniteAndHonoursIndicesAndRange)
   dirty.middleCols(1, 400) = clean;
   dirty.col(401) << 0, std::numeric_limits<float>::infinity(), 0;
   dirty.col(402) << 0, 0, kNan;
-  const NormalEstimationResult expected = estimateNormals(viewOf(clean), keepAll(0.1), true);
-  const NormalEstimationResult result = estimateNormals(viewOf(dirty), keepAll(0.1), true);
+  const NormalEstimationResult expected = estimateNormals(viewOfPoints(clean), keepAll(0.1), true);
+  const NormalEstimationResult result = estimateNormals(viewOfPoints(dirty), keepAll(0.1), true);
   EXPECT_EQ(result.finite_points, 400U);
   EXPECT_EQ(result.samples.points, expected.samples.points);
   EXPECT_EQ(result.samples.normals, expected.samples.normals);
 
   const std::array<std::int32_t, 3> indices{{1, 2, 0}};
-  ScanView few = viewOf(dirty);
+  ScanView few = viewOfPoints(dirty);
   few.indices = indices.data();
   few.index_count = indices.size();
   EXPECT_EQ(estimateNormals(few, keepAll(0.1), true).finite_points, 2U);
 
   NormalOptions near = keepAll(0.1);
   near.max_range = 1.05; // the floor's corner at 0.38, 0.38, -1 is farther
-  const NormalEstimationResult cut = estimateNormals(viewOf(clean), near, true);
+  const NormalEstimationResult cut = estimateNormals(viewOfPoints(clean), near, true);
   EXPECT_GT(cut.samples.size(), 50);
   EXPECT_LE((cut.samples.points.colwise() + cut.origin).colwise().norm().maxCoeff(), 1.05 + 1e-6);
   EXPECT_EQ(cut.finite_points, 400U);
@@ -211,15 +205,15 @@ TEST(NormalEstimation, BelievesGivenNormals)
 TEST(NormalEstimation, FarFromTheOriginAndForAnyNumberOfThreads)
 {
   const testing::ScanWithNormals scan = scanRoom();
-  const NormalEstimationResult here = estimateNormals(viewOf(scan.points), NormalOptions(), true, 1);
-  const NormalEstimationResult threaded = estimateNormals(viewOf(scan.points), NormalOptions(), true, 8);
+  const NormalEstimationResult here = estimateNormals(viewOfPoints(scan.points), NormalOptions(), true, 1);
+  const NormalEstimationResult threaded = estimateNormals(viewOfPoints(scan.points), NormalOptions(), true, 8);
   EXPECT_EQ(here.samples.points, threaded.samples.points);
   EXPECT_EQ(here.samples.normals, threaded.samples.normals);
   EXPECT_EQ(here.resolution, threaded.resolution);
 
   const Eigen::Vector3f far(131072, -65536, 1024); // a float keeps 8 mm there
   Eigen::Matrix3Xf moved = scan.points.colwise() + far;
-  ScanView view = viewOf(moved);
+  ScanView view = viewOfPoints(moved);
   view.viewpoint = far.cast<double>();
   NormalOptions options;
   options.radius = 0.2;
@@ -239,11 +233,11 @@ TEST(NormalEstimation, EmptyIn)
   EXPECT_EQ(none.samples.size(), 0);
   EXPECT_EQ(none.finite_points, 0U);
   const Eigen::Matrix3Xf nan = Eigen::Matrix3Xf::Constant(3, 10, kNan);
-  EXPECT_EQ(estimateNormals(viewOf(nan), NormalOptions(), true).samples.size(), 0);
+  EXPECT_EQ(estimateNormals(viewOfPoints(nan), NormalOptions(), true).samples.size(), 0);
   const Eigen::Matrix3Xf one = Eigen::Matrix3Xf::Ones(3, 1);
-  EXPECT_EQ(estimateNormals(viewOf(one), NormalOptions(), true).samples.size(), 0);
+  EXPECT_EQ(estimateNormals(viewOfPoints(one), NormalOptions(), true).samples.size(), 0);
   const Eigen::Matrix3Xf same = Eigen::Matrix3Xf::Ones(3, 100);
-  EXPECT_EQ(estimateNormals(viewOf(same), NormalOptions(), true).samples.size(), 0);
+  EXPECT_EQ(estimateNormals(viewOfPoints(same), NormalOptions(), true).samples.size(), 0);
 }
 
 // --- thinning to real points

@@ -4,6 +4,7 @@
 #include <pcl_ssfr/paper_profile.h>
 
 #include "pose_matchers.h"
+#include "scan_views.h"
 #include "synthetic_scene.h"
 
 #include <gtest/gtest.h>
@@ -25,9 +26,7 @@ constexpr double kDegree = 3.14159265358979323846 / 180;
 ScanView
 viewOf(const Eigen::Matrix3Xf& points, const Eigen::Vector3d& viewpoint = Eigen::Vector3d::Zero())
 {
-  ScanView view;
-  view.xyz = points.data();
-  view.size = static_cast<std::size_t>(points.cols());
+  ScanView view = testing::viewOfPoints(points);
   view.viewpoint = viewpoint;
   return view;
 }

@@ -6,6 +6,7 @@
 #include <pcl_ssfr/pipeline.h>
 
 #include "pose_matchers.h"
+#include "scan_views.h"
 #include "synthetic_scene.h"
 
 #include <Eigen/Eigenvalues>
@@ -26,15 +27,6 @@ namespace {
 using namespace pcl_ssfr::testing;
 
 constexpr double kDegree = 0.017453292519943295;
-
-ScanView
-viewOf(const Eigen::Matrix3Xf& points)
-{
-  ScanView view;
-  view.xyz = points.data();
-  view.size = static_cast<std::size_t>(points.cols());
-  return view;
-}
 
 /// Two scans of a scene and the truth between them.
 struct Pair {
@@ -62,7 +54,7 @@ registerPair(const Pair& pair,
   if (options.threads == 1)
     options.threads = 2;
   return registerScans(
-      prepareScan(viewOf(pair.source), options), prepareScan(viewOf(pair.target), options), options, guess);
+      prepareScan(viewOfPoints(pair.source), options), prepareScan(viewOfPoints(pair.target), options), options, guess);
 }
 
 // ---- recovery
@@ -114,7 +106,7 @@ TEST(Pipeline, isEquivariant)
   Random random(5);
   const Eigen::Isometry3d A = randomMotion(random, 100), B = randomMotion(random, 100);
   const Eigen::Matrix3Xf source = transformed(A, pair.source), target = transformed(B, pair.target);
-  ScanView s = viewOf(source), t = viewOf(target);
+  ScanView s = viewOfPoints(source), t = viewOfPoints(target);
   s.viewpoint = A.translation();
   t.viewpoint = B.translation();
   s.viewpoint_is_known = t.viewpoint_is_known = true;
@@ -139,8 +131,8 @@ TEST(Pipeline, sameBitsForAnyNumberOfThreadsAndAnyOrderOfRuns)
   std::vector<double> first;
   for (const unsigned threads : {1u, 2u, 8u, 1u}) {
     options.threads = threads;
-    const Result r =
-        registerScans(prepareScan(viewOf(pair.source), options), prepareScan(viewOf(pair.target), options), options);
+    const Result r = registerScans(
+        prepareScan(viewOfPoints(pair.source), options), prepareScan(viewOfPoints(pair.target), options), options);
     std::vector<double> numbers(r.T_target_source.data(), r.T_target_source.data() + 16);
     numbers.insert(numbers.end(), r.information.data(), r.information.data() + 36);
     numbers.insert(numbers.end(), {r.confidence, r.overlap, r.contradiction, r.rmse});
@@ -158,8 +150,8 @@ TEST(Pipeline, aPreparedScanServesManyPartners)
   const Scene scene = makeFurnishedRoom(6);
   const Pair a = scanPair(scene, 0, 1, roomScanner(), 61);
   const Options options = makeOptions(Profile::Default);
-  const PreparedScan target = prepareScan(viewOf(a.target), options);
-  const PreparedScan source = prepareScan(viewOf(a.source), options);
+  const PreparedScan target = prepareScan(viewOfPoints(a.target), options);
+  const PreparedScan source = prepareScan(viewOfPoints(a.source), options);
   const Result once = registerScans(source, target, options);
   const Result itself = registerScans(target, target, options);
   const Result again = registerScans(source, target, options);
@@ -172,11 +164,11 @@ TEST(Pipeline, scansPreparedTogetherAreThoseOfPrepareScan)
   const Pair pair = scanPair(makeFurnishedRoom(7), 0, 1, roomScanner(), 62);
   for (const Profile profile : {Profile::Default, Profile::Paper2017}) {
     Options options = makeOptions(profile);
-    const Result alone =
-        registerScans(prepareScan(viewOf(pair.source), options), prepareScan(viewOf(pair.target), options), options);
+    const Result alone = registerScans(
+        prepareScan(viewOfPoints(pair.source), options), prepareScan(viewOfPoints(pair.target), options), options);
     for (const unsigned threads : {1u, 2u, 7u}) {
       options.threads = threads;
-      const auto [source, target] = prepareScans(viewOf(pair.source), viewOf(pair.target), options);
+      const auto [source, target] = prepareScans(viewOfPoints(pair.source), viewOfPoints(pair.target), options);
       const Result together = registerScans(source, target, options);
       EXPECT_EQ(together.T_target_source.matrix(), alone.T_target_source.matrix()) << threads << " threads";
       EXPECT_EQ(together.confidence, alone.confidence);
@@ -184,7 +176,7 @@ TEST(Pipeline, scansPreparedTogetherAreThoseOfPrepareScan)
   }
   Options wrong = makeOptions(Profile::Default);
   wrong.leaf = -1;
-  EXPECT_THROW(prepareScans(viewOf(pair.source), viewOf(pair.target), wrong), std::invalid_argument);
+  EXPECT_THROW(prepareScans(viewOfPoints(pair.source), viewOfPoints(pair.target), wrong), std::invalid_argument);
 }
 
 // ---- honesty

@@ -18,7 +18,7 @@ namespace {
 
 using testing::kMaxFloat;
 using testing::kNan;
-using testing::viewOf;
+using testing::viewOfPoints;
 
 constexpr double kLeaf = 0.05;
 constexpr double kThickness = 0.01;
@@ -26,7 +26,7 @@ constexpr double kThickness = 0.01;
 ThinnedCloud
 thin(const Eigen::Matrix3Xf& points, double leaf = kLeaf)
 {
-  return thinScan(viewOf(points), leaf, Eigen::Vector3d::Zero());
+  return thinScan(viewOfPoints(points), leaf, Eigen::Vector3d::Zero());
 }
 
 /// A square of \p n x n points, one in the middle of each voxel, from (0, 0, z) on.
@@ -82,7 +82,7 @@ TEST(ExtractPatches, SideFromTheCloudsNormalsWhereTheViewpointIsUnknown)
   const Eigen::Matrix3Xf points = gridOnPlane(64, 0.52f);
   EXPECT_FALSE(extractPatches(thin(points), nullptr, kThickness, PatchOptions()).samples.oriented);
   Eigen::Matrix3Xf normals = Eigen::Vector3f(0, 0, -1).replicate(1, points.cols());
-  ScanView view = viewOf(points);
+  ScanView view = viewOfPoints(points);
   view.normals = normals.data();
   PlanarPatches patches =
       extractPatches(thinScan(view, kLeaf, Eigen::Vector3d::Zero()), nullptr, kThickness, PatchOptions());

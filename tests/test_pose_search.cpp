@@ -15,7 +15,7 @@ namespace pcl_ssfr {
 namespace {
 
 using testing::addPatch;
-using testing::viewOf;
+using testing::viewOfPoints;
 
 std::vector<MainNormal>
 normals(const std::vector<Eigen::Vector3d>& directions)
@@ -51,7 +51,7 @@ makeScan(const std::vector<testing::Rectangle>& rectangles, const Eigen::Isometr
 {
   const Eigen::Matrix3Xf points =
       testing::transformed(T_world_sensor.inverse(), testing::samplePoints(rectangles, 400, seed));
-  const ThinnedCloud cloud = thinScan(viewOf(points), 0.05, Eigen::Vector3d::Zero());
+  const ThinnedCloud cloud = thinScan(viewOfPoints(points), 0.05, Eigen::Vector3d::Zero());
   const Eigen::Vector3d viewpoint = Eigen::Vector3d::Zero();
   PatchOptions options;
   options.coarsest_level = 5;

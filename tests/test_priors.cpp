@@ -43,6 +43,56 @@ struct Work {
   }
 };
 
+/// What became of pairs, without and with a prior.
+struct Comparison {
+  std::size_t pairs = 0;
+  Work free_work, work;                          ///< without, and with the prior
+  std::size_t free_believed = 0, believed = 0;   ///< right and accepted
+  std::size_t free_dishonest = 0, dishonest = 0; ///< accepted and not right
+  std::string failures;                          ///< a line for each pair that is not right with the prior
+
+  void
+  add(const PosedScan& source,
+      const PosedScan& target,
+      const Options& prior,
+      const Eigen::Isometry3d* guess,
+      const std::string& name)
+  {
+    const PairOutcome free = registerPosedScans(source, target);
+    const PairOutcome known = registerPosedScans(source, target, prior, guess);
+    ++pairs;
+    free_work.add(free.result);
+    work.add(known.result);
+    free_believed += free.right && free.result.accepted();
+    believed += known.right && known.result.accepted();
+    free_dishonest += !free.honest();
+    dishonest += !known.honest();
+    if (!known.right)
+      failures += name + ": " + describe(known.result) + '\n';
+  }
+
+  void
+  print(const std::string& name) const
+  {
+    std::printf(
+        "%s: %zu pairs; accepted and right %zu, with the prior %zu; rotations %.2f, poses %.2f, seconds %.2f of "
+        "those without\n",
+        name.c_str(),
+        pairs,
+        free_believed,
+        believed,
+        static_cast<double>(work.rotations) / static_cast<double>(free_work.rotations),
+        static_cast<double>(work.poses) / static_cast<double>(free_work.poses),
+        work.seconds / free_work.seconds);
+  }
+};
+
+std::string
+nameOf(std::uint64_t seed, std::size_t scan)
+{
+  return "seed " + std::to_string(seed) + ", scan " + std::to_string(scan);
+}
+
 /// The vertical of both scans, as an inertial sensor would tell it.
 GravityPrior
 verticalOf(const PosedScan& source, const PosedScan& target)
@@ -85,43 +135,21 @@ class Gravity : public ::testing::TestWithParam<Place> {};
 TEST_P(Gravity, TakesLessWorkAndSolvesNoFewer)
 {
   const Place place = GetParam();
-  Work free_work, work;
-  std::size_t pairs = 0, free_believed = 0, believed = 0, free_wrong = 0, wrong = 0;
-  std::string failures;
+  Comparison all;
   for (const std::uint64_t seed : {1, 2}) {
     const std::vector<PosedScan> scans = takeScans(planScans(place.scene, place.sensor, 3, place.beams, seed));
     for (std::size_t i = 1; i < scans.size(); ++i) {
-      ++pairs;
-      const PairOutcome free = registerPosedScans(scans[i], scans[i - 1]);
-      free_work.add(free.result);
-      free_believed += free.right && free.result.accepted();
-      free_wrong += !free.honest();
       Options options = defaultOptions();
       options.gravity = verticalOf(scans[i], scans[i - 1]);
-      const PairOutcome upright = registerPosedScans(scans[i], scans[i - 1], options);
-      work.add(upright.result);
-      believed += upright.right && upright.result.accepted();
-      wrong += !upright.honest();
-      if (!upright.right)
-        failures +=
-            "seed " + std::to_string(seed) + ", scan " + std::to_string(i) + ": " + describe(upright.result) + '\n';
+      all.add(scans[i], scans[i - 1], options, nullptr, nameOf(seed, i));
     }
   }
-  std::printf(
-      "%s: %zu pairs; accepted and right %zu, with the vertical %zu; rotations %.2f, poses %.2f, seconds %.2f of "
-      "those without\n",
-      place.scene,
-      pairs,
-      free_believed,
-      believed,
-      static_cast<double>(work.rotations) / static_cast<double>(free_work.rotations),
-      static_cast<double>(work.poses) / static_cast<double>(free_work.poses),
-      work.seconds / free_work.seconds);
-  EXPECT_GE(believed, free_believed) << failures;
-  EXPECT_LT(work.rotations, free_work.rotations);
+  all.print(place.scene);
+  EXPECT_GE(all.believed, all.free_believed) << all.failures;
+  EXPECT_LT(all.work.rotations, all.free_work.rotations);
   // Level rings of few points in rooms leave the tilt to a few degrees, known vertical or not (README, Limits).
-  EXPECT_LE(wrong, free_wrong) << failures;
-  EXPECT_LE(wrong, std::string(place.sensor) == "velodyne_vlp16" ? 1U : 0U) << failures;
+  EXPECT_LE(all.dishonest, all.free_dishonest) << all.failures;
+  EXPECT_LE(all.dishonest, std::string(place.sensor) == "velodyne_vlp16" ? 1U : 0U) << all.failures;
 }
 
 INSTANTIATE_TEST_SUITE_P(Places,
@@ -147,8 +175,7 @@ TEST(Guess, TellsTwinsApart)
       ++pairs;
       right += outcome.right;
       if (!outcome.right)
-        failures +=
-            "seed " + std::to_string(seed) + ", scan " + std::to_string(i) + ": " + describe(outcome.result) + '\n';
+        failures += nameOf(seed, i) + ": " + describe(outcome.result) + '\n';
     }
   }
   EXPECT_EQ(right, pairs) << failures;
@@ -169,40 +196,23 @@ TEST(Guess, ThatIsWrongDoesNoHarm)
 TEST(Guess, WithAToleranceIsSurerAndTakesLessWork)
 {
   // Offices alike on both sides of a corridor: what lies half a turn away is out of the question.
-  Work free_work, work;
-  std::size_t pairs = 0, free_believed = 0, believed = 0;
-  std::string failures;
+  Comparison all;
   for (const std::uint64_t seed : {1, 2}) {
     DatasetPlan plan = planScans("office_floor", "sick_lms200", 6, 0, seed);
     plan.trajectory.step = 2.5;
     const std::vector<PosedScan> scans = takeScans(plan);
     for (std::size_t i = 1; i < scans.size(); ++i) {
-      const Eigen::Isometry3d truth = truePose(scans[i], scans[i - 1]);
-      const PairOutcome free = registerPosedScans(scans[i], scans[i - 1]);
-      free_work.add(free.result);
-      free_believed += free.right && free.result.accepted();
       Options options = defaultOptions();
       options.guess_tolerance = GuessTolerance{10 * kDegree, 1.0};
-      const Eigen::Isometry3d guess = besides(truth, 5 * kDegree, 0.5, 10 * seed + i);
-      const PairOutcome near = registerPosedScans(scans[i], scans[i - 1], options, &guess);
-      work.add(near.result);
-      ++pairs;
-      believed += near.right && near.result.accepted();
-      EXPECT_TRUE(near.honest()) << "seed " << seed << ", scan " << i << ": " << describe(near.result);
-      if (!near.right)
-        failures += describe(near.result) + '\n';
+      const Eigen::Isometry3d guess = besides(truePose(scans[i], scans[i - 1]), 5 * kDegree, 0.5, 10 * seed + i);
+      all.add(scans[i], scans[i - 1], options, &guess, nameOf(seed, i));
     }
   }
-  std::printf("%zu pairs; accepted and right %zu, with the guess %zu; rotations %.2f, poses %.2f, seconds %.2f\n",
-              pairs,
-              free_believed,
-              believed,
-              static_cast<double>(work.rotations) / static_cast<double>(free_work.rotations),
-              static_cast<double>(work.poses) / static_cast<double>(free_work.poses),
-              work.seconds / free_work.seconds);
-  EXPECT_GE(believed, free_believed) << failures;
-  EXPECT_LT(2 * work.rotations, free_work.rotations);
-  EXPECT_LT(work.poses, free_work.poses);
+  all.print("office_floor, with a guess");
+  EXPECT_EQ(all.dishonest, 0U) << all.failures;
+  EXPECT_GE(all.believed, all.free_believed) << all.failures;
+  EXPECT_LT(2 * all.work.rotations, all.free_work.rotations);
+  EXPECT_LT(all.work.poses, all.free_work.poses);
 }
 
 TEST(Guess, WithAToleranceBoundsTheAnswer)

@@ -8,6 +8,7 @@
 #include <pcl_ssfr/pipeline.h>
 
 #include "pose_matchers.h"
+#include "scan_views.h"
 #include "synthetic_scene.h"
 #include <apps/io/loaded_cloud.h>
 
@@ -26,6 +27,7 @@ namespace {
 namespace fs = std::filesystem;
 using pcl_ssfr::testing::PoseError;
 using pcl_ssfr::testing::Random;
+using pcl_ssfr::testing::viewOfPoints;
 
 #ifdef __SANITIZE_ADDRESS__
 constexpr std::size_t kSlowdown = 5; // take every fifth of the pairs only
@@ -90,15 +92,6 @@ loadPoints(const fs::path& file)
   return points;
 }
 
-ScanView
-viewOf(const Eigen::Matrix3Xf& points)
-{
-  ScanView view;
-  view.xyz = points.data();
-  view.size = static_cast<std::size_t>(points.cols());
-  return view;
-}
-
 class RealData : public ::testing::TestWithParam<Row> {};
 
 TEST_P(RealData, isSolved)
@@ -120,7 +113,7 @@ TEST_P(RealData, isSolved)
     const Eigen::Matrix3Xf source = pcl_ssfr::testing::transformed(turn, loadPoints(folder / pair.source));
     const Eigen::Matrix3Xf target = loadPoints(folder / pair.target);
     const Result result =
-        registerScans(prepareScan(viewOf(source), options), prepareScan(viewOf(target), options), options);
+        registerScans(prepareScan(viewOfPoints(source), options), prepareScan(viewOfPoints(target), options), options);
     const PoseError error = pcl_ssfr::testing::poseError(result.T_target_source * turn, pair.T_target_source);
     const bool right = error.rotation < 2 * 0.017453 && error.translation < 0.3;
     ++tried;

@@ -17,7 +17,7 @@ using testing::addPatch;
 using testing::IsPoseNear;
 using testing::kMaxFloat;
 using testing::kNan;
-using testing::viewOf;
+using testing::viewOfPoints;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
@@ -39,7 +39,7 @@ makeScan(const std::vector<testing::Rectangle>& rectangles, const Eigen::Isometr
   const Eigen::Matrix3Xf points =
       testing::transformed(T_world_sensor.inverse(), testing::samplePoints(rectangles, 600, seed));
   Scan scan;
-  scan.cloud = thinScan(viewOf(points), kLeaf, Eigen::Vector3d::Zero());
+  scan.cloud = thinScan(viewOfPoints(points), kLeaf, Eigen::Vector3d::Zero());
   const Eigen::Vector3d viewpoint = Eigen::Vector3d::Zero();
   PatchOptions options;
   options.range_noise = 0;

@@ -19,7 +19,7 @@ namespace {
 using testing::kInf;
 using testing::kMaxFloat;
 using testing::kNan;
-using testing::viewOf;
+using testing::viewOfPoints;
 
 Eigen::Matrix3Xf
 randomCloud(Eigen::Index count, float size, std::uint64_t seed)
@@ -76,7 +76,7 @@ TEST(ThinScan, ByHand)
   points.col(2) << kNan, 0.f, 0.f;
   points.col(3) << 0.4f, 0.6f, 0.8f;
   points.col(4) << -0.1f, 0.f, 0.f;
-  const ThinnedCloud thinned = thinScan(viewOf(points), 1.0, Eigen::Vector3d::Zero());
+  const ThinnedCloud thinned = thinScan(viewOfPoints(points), 1.0, Eigen::Vector3d::Zero());
   ASSERT_EQ(thinned.size(), 3);
   EXPECT_EQ(thinned.counts, (std::vector<std::uint32_t>{1, 2, 1}));
   EXPECT_TRUE(thinned.points.col(0).isApprox(Eigen::Vector3f(-0.1f, 0, 0)));
@@ -131,7 +131,7 @@ TEST(ThinScan, OctreeCellsAreContiguousRanges)
 {
   const Eigen::Matrix3Xf points = randomCloud(20000, 3, 2);
   const double leaf = 0.1;
-  const ThinnedCloud thinned = thinScan(viewOf(points), leaf, Eigen::Vector3d::Zero());
+  const ThinnedCloud thinned = thinScan(viewOfPoints(points), leaf, Eigen::Vector3d::Zero());
   for (int level = 1; level < 7; ++level) {
     const double edge = leaf * (1 << level);
     std::set<std::uint64_t> seen;
@@ -156,10 +156,10 @@ TEST(ThinScan, SameBitsForAnyNumberOfThreads)
   for (Eigen::Index i = 0; i < points.cols(); i += 1013)
     points(i % 3, i) = kNan;
   for (const double leaf : {0.02, 0.2, 3.0}) {
-    const ThinnedCloud one = thinScan(viewOf(points), leaf, Eigen::Vector3d(1, 2, 3), 4.5, 1);
+    const ThinnedCloud one = thinScan(viewOfPoints(points), leaf, Eigen::Vector3d(1, 2, 3), 4.5, 1);
     expectConsistent(one, 400001);
     for (const unsigned threads : {2U, 3U, 8U, 1000U})
-      expectEqual(thinScan(viewOf(points), leaf, Eigen::Vector3d(1, 2, 3), 4.5, threads), one);
+      expectEqual(thinScan(viewOfPoints(points), leaf, Eigen::Vector3d(1, 2, 3), 4.5, threads), one);
   }
 }
 
@@ -174,7 +174,7 @@ TEST(ThinScan, SumsInTheOrderOfTheScan)
   for (Eigen::Index i = 0; i < points.cols(); ++i)
     sum += points.col(i).cast<double>();
   const ThinnedCloud thinned =
-      thinScan(viewOf(points), 1e17, Eigen::Vector3d::Constant(-5e16)); // all in one voxel, about its middle
+      thinScan(viewOfPoints(points), 1e17, Eigen::Vector3d::Constant(-5e16)); // all in one voxel, about its middle
   ASSERT_EQ(thinned.size(), 1);
   const Eigen::Vector3f mean = (sum / 7 + Eigen::Vector3d::Constant(5e16)).cast<float>();
   EXPECT_TRUE(thinned.points.col(0) == mean);
@@ -190,7 +190,7 @@ TEST(ThinScan, CellsFarApart)
     points.col(i) = Eigen::Vector3f(static_cast<float>(cell % 27), static_cast<float>(cell / 27 % 27), 0) * 1000.f;
     points(2, i) = static_cast<float>(cell / 729) * -1000.f + static_cast<float>(i / kCells % 2);
   }
-  const ThinnedCloud thinned = thinScan(viewOf(points), 0.5, Eigen::Vector3d::Zero());
+  const ThinnedCloud thinned = thinScan(viewOfPoints(points), 0.5, Eigen::Vector3d::Zero());
   expectConsistent(thinned, static_cast<std::size_t>(points.cols()));
   ASSERT_EQ(thinned.size(), 2 * kCells);
   for (Eigen::Index i = 0; i < thinned.size(); ++i) {
@@ -205,17 +205,17 @@ TEST(ThinScan, EndsWhenTheTimeHasRunOut)
   const Deadline past = Deadline::after(1e-9);
   while (!past.hasPassed()) {
   }
-  EXPECT_EQ(thinScan(viewOf(points), 0.2, Eigen::Vector3d::Zero(), 0, 1, past).size(), 0);
-  expectEqual(thinScan(viewOf(points), 0.2, Eigen::Vector3d::Zero(), 0, 1, Deadline::after(3600)),
-              thinScan(viewOf(points), 0.2, Eigen::Vector3d::Zero()));
+  EXPECT_EQ(thinScan(viewOfPoints(points), 0.2, Eigen::Vector3d::Zero(), 0, 1, past).size(), 0);
+  expectEqual(thinScan(viewOfPoints(points), 0.2, Eigen::Vector3d::Zero(), 0, 1, Deadline::after(3600)),
+              thinScan(viewOfPoints(points), 0.2, Eigen::Vector3d::Zero()));
 }
 
 TEST(ThinScan, OrderOfThePointsDoesNotMatter)
 {
   const Eigen::Matrix3Xf points = randomCloud(6000, 3, 4);
   const Eigen::Matrix3Xf reversed = points.rowwise().reverse();
-  const ThinnedCloud a = thinScan(viewOf(points), 0.4, Eigen::Vector3d::Zero());
-  const ThinnedCloud b = thinScan(viewOf(reversed), 0.4, Eigen::Vector3d::Zero());
+  const ThinnedCloud a = thinScan(viewOfPoints(points), 0.4, Eigen::Vector3d::Zero());
+  const ThinnedCloud b = thinScan(viewOfPoints(reversed), 0.4, Eigen::Vector3d::Zero());
   EXPECT_EQ(a.codes, b.codes);
   EXPECT_EQ(a.counts, b.counts);
   EXPECT_TRUE(a.points.isApprox(b.points, 1e-6f));
@@ -230,7 +230,7 @@ TEST(ThinScan, AveragesUnitNormalsOnly)
   normals.col(2) << kNan, 0, 0;
   normals.col(3) << 0, 0, 0;
   normals.col(4) << 7, 0, 0;
-  ScanView view = viewOf(points);
+  ScanView view = viewOfPoints(points);
   view.normals = normals.data();
   const ThinnedCloud thinned = thinScan(view, 1, Eigen::Vector3d::Zero());
   ASSERT_EQ(thinned.normals.cols(), 1);
@@ -242,9 +242,9 @@ TEST(ThinScan, DropsWhatIsTooFarToCode)
 {
   Eigen::Matrix3Xf points(3, 4);
   points << 0, 9, 11, 2e6f, 0, 0, 0, 0, 0, 0, 0, 0;
-  EXPECT_EQ(thinScan(viewOf(points), 1, Eigen::Vector3d::Zero()).size(), 3); // 2^20 voxels on each side
-  EXPECT_EQ(thinScan(viewOf(points), 2, Eigen::Vector3d::Zero()).size(), 4);
-  EXPECT_EQ(thinScan(viewOf(points), 2, Eigen::Vector3d::Zero(), 10).size(), 2);
+  EXPECT_EQ(thinScan(viewOfPoints(points), 1, Eigen::Vector3d::Zero()).size(), 3); // 2^20 voxels on each side
+  EXPECT_EQ(thinScan(viewOfPoints(points), 2, Eigen::Vector3d::Zero()).size(), 4);
+  EXPECT_EQ(thinScan(viewOfPoints(points), 2, Eigen::Vector3d::Zero(), 10).size(), 2);
 }
 
 TEST(ThinScan, LargeOffsetLosesNothing)
@@ -253,22 +253,22 @@ TEST(ThinScan, LargeOffsetLosesNothing)
   const Eigen::Vector3d offset(1e6, -1e6, 1e6);
   far.colwise() += offset.cast<float>();
   const Eigen::Matrix3Xf near = (far.cast<double>().colwise() - offset).cast<float>(); // exact: the grid of far
-  expectEqual(thinScan(viewOf(far), 0.3, offset), thinScan(viewOf(near), 0.3, Eigen::Vector3d::Zero()));
+  expectEqual(thinScan(viewOfPoints(far), 0.3, offset), thinScan(viewOfPoints(near), 0.3, Eigen::Vector3d::Zero()));
 }
 
 TEST(ThinScan, Degenerate)
 {
   const Eigen::Matrix3Xf none(3, 0);
-  EXPECT_EQ(thinScan(viewOf(none), 0.1, Eigen::Vector3d::Zero()).size(), 0);
+  EXPECT_EQ(thinScan(viewOfPoints(none), 0.1, Eigen::Vector3d::Zero()).size(), 0);
   EXPECT_EQ(thinScan(ScanView(), 0.1, Eigen::Vector3d::Zero(), 0, 8).size(), 0);
   const Eigen::Matrix3Xf nans = Eigen::Matrix3Xf::Constant(3, 7, kNan);
-  EXPECT_EQ(thinScan(viewOf(nans), 0.1, Eigen::Vector3d::Zero()).size(), 0);
+  EXPECT_EQ(thinScan(viewOfPoints(nans), 0.1, Eigen::Vector3d::Zero()).size(), 0);
   const Eigen::Matrix3Xf one = Eigen::Matrix3Xf::Constant(3, 1, 1.25f);
-  const ThinnedCloud single = thinScan(viewOf(one), 0.1, Eigen::Vector3d::Zero());
+  const ThinnedCloud single = thinScan(viewOfPoints(one), 0.1, Eigen::Vector3d::Zero());
   ASSERT_EQ(single.size(), 1);
   EXPECT_TRUE(single.points.col(0) == one.col(0));
   const Eigen::Matrix3Xf same = Eigen::Matrix3Xf::Constant(3, 1000, -1.25f);
-  const ThinnedCloud identical = thinScan(viewOf(same), 0.1, Eigen::Vector3d::Zero());
+  const ThinnedCloud identical = thinScan(viewOfPoints(same), 0.1, Eigen::Vector3d::Zero());
   ASSERT_EQ(identical.size(), 1);
   EXPECT_EQ(identical.counts[0], 1000U);
   EXPECT_TRUE(identical.points.col(0) == same.col(0));
@@ -284,19 +284,19 @@ TEST(ThinScan, SurvivesExtremeNumbers)
   for (const double leaf : {5e-324, 1e-310, 1e-40, 0.05, 1e30, 1e300, std::numeric_limits<double>::max()})
     for (const double origin : {0.0, 1.0, -3e38, 1e300}) {
       SCOPED_TRACE(::testing::Message() << leaf << " " << origin);
-      const ThinnedCloud thinned = thinScan(viewOf(points), leaf, Eigen::Vector3d::Constant(origin), 0, 2);
+      const ThinnedCloud thinned = thinScan(viewOfPoints(points), leaf, Eigen::Vector3d::Constant(origin), 0, 2);
       expectConsistent(thinned, 7);
     }
   // The far points do not take the near ones with them: 0 and +-1.4e-45, on both sides of a voxel's border.
-  EXPECT_EQ(thinScan(viewOf(points), 0.05, Eigen::Vector3d::Zero()).size(), 2);
-  EXPECT_EQ(thinScan(viewOf(points), 1e-40, Eigen::Vector3d::Zero()).size(), 2);
+  EXPECT_EQ(thinScan(viewOfPoints(points), 0.05, Eigen::Vector3d::Zero()).size(), 2);
+  EXPECT_EQ(thinScan(viewOfPoints(points), 1e-40, Eigen::Vector3d::Zero()).size(), 2);
 }
 
 TEST(MeasureExtent, ByHand)
 {
   Eigen::Matrix3Xf points(3, 5);
   points << 0, 2, kNan, 1, 1, 0, 0, 0, 3, kInf, 0, 0, 0, -3, 0;
-  const ScanExtent extent = measureExtent(viewOf(points));
+  const ScanExtent extent = measureExtent(viewOfPoints(points));
   EXPECT_EQ(extent.finite_points, 3U);
   EXPECT_TRUE(extent.centroid.isApprox(Eigen::Vector3d(1, 1, -1)));
   EXPECT_EQ(extent.min, Eigen::Vector3d(0, 0, -3));
@@ -308,7 +308,7 @@ TEST(MeasureExtent, ByHand)
 TEST(MeasureExtent, RadiusIsTheNinetiethPercentile)
 {
   const Eigen::Matrix3Xf points = randomCloud(60000, 5, 6);
-  const ScanExtent extent = measureExtent(viewOf(points));
+  const ScanExtent extent = measureExtent(viewOfPoints(points));
   std::vector<double> distances;
   for (Eigen::Index i = 0; i < points.cols(); ++i)
     distances.push_back((points.col(i).cast<double>() - extent.median).norm());
@@ -318,24 +318,24 @@ TEST(MeasureExtent, RadiusIsTheNinetiethPercentile)
   // The same far away, to the resolution of float there.
   Eigen::Matrix3Xf far = points;
   far.colwise() += Eigen::Vector3f(1e6f, 1e6f, 1e6f);
-  EXPECT_NEAR(measureExtent(viewOf(far)).radius, extent.radius, 0.1);
+  EXPECT_NEAR(measureExtent(viewOfPoints(far)).radius, extent.radius, 0.1);
 }
 
 TEST(MeasureExtent, Degenerate)
 {
   const Eigen::Matrix3Xf none(3, 0);
-  EXPECT_EQ(measureExtent(viewOf(none)).finite_points, 0U);
-  EXPECT_EQ(measureExtent(viewOf(none)).radius, 0);
+  EXPECT_EQ(measureExtent(viewOfPoints(none)).finite_points, 0U);
+  EXPECT_EQ(measureExtent(viewOfPoints(none)).radius, 0);
   const Eigen::Matrix3Xf nans = Eigen::Matrix3Xf::Constant(3, 7, kNan);
-  EXPECT_EQ(measureExtent(viewOf(nans)).finite_points, 0U);
-  EXPECT_EQ(measureExtent(viewOf(nans)).max, Eigen::Vector3d::Zero());
+  EXPECT_EQ(measureExtent(viewOfPoints(nans)).finite_points, 0U);
+  EXPECT_EQ(measureExtent(viewOfPoints(nans)).max, Eigen::Vector3d::Zero());
   const Eigen::Matrix3Xf same = Eigen::Matrix3Xf::Constant(3, 100, 3.f);
-  EXPECT_EQ(measureExtent(viewOf(same)).radius, 0);
-  EXPECT_EQ(measureExtent(viewOf(same)).centroid, Eigen::Vector3d(3, 3, 3));
+  EXPECT_EQ(measureExtent(viewOfPoints(same)).radius, 0);
+  EXPECT_EQ(measureExtent(viewOfPoints(same)).centroid, Eigen::Vector3d(3, 3, 3));
   Eigen::Matrix3Xf huge(3, 2);
   huge.col(0).setConstant(kMaxFloat);
   huge.col(1).setConstant(-kMaxFloat);
-  const ScanExtent extent = measureExtent(viewOf(huge));
+  const ScanExtent extent = measureExtent(viewOfPoints(huge));
   EXPECT_EQ(extent.centroid, Eigen::Vector3d::Zero());
   EXPECT_TRUE(std::isfinite(extent.radius));
 }

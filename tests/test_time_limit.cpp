@@ -3,6 +3,7 @@
 
 // The time limit covers preparation: where it ends is told, and nothing half done is kept.
 
+#include "cloud_views.h"
 #include "pcl_clouds.h"
 
 #include <pcl_ssfr/pipeline.h>
@@ -60,16 +61,6 @@ bigClouds()
   return clouds;
 }
 
-ScanView
-viewOf(const Cloud& cloud)
-{
-  ScanView view;
-  view.xyz = cloud.points.data()->data;
-  view.stride = sizeof(pcl::PointXYZ) / sizeof(float);
-  view.size = cloud.size();
-  return view;
-}
-
 void
 setClouds(Registration& registration, const Clouds& clouds)
 {
@@ -120,14 +111,14 @@ class TimeLimit : public ::testing::TestWithParam<Profile> {};
 TEST_P(TimeLimit, AScanThatIsNotReadySaysSo)
 {
   const Options options = withProfile(GetParam());
-  const auto [source, target] =
-      prepareScans(viewOf(*smallClouds().source), viewOf(*smallClouds().target), options, Deadline::after(kAtOnce));
+  const auto [source, target] = prepareScans(
+      viewOfCloud(*smallClouds().source), viewOfCloud(*smallClouds().target), options, Deadline::after(kAtOnce));
   for (const PreparedScan& scan : {source, target}) {
     EXPECT_FALSE(scan.empty());
     EXPECT_FALSE(scan.isComplete());
   }
   EXPECT_FALSE(PreparedScan().isComplete());
-  const PreparedScan ready = prepareScan(viewOf(*smallClouds().target), options);
+  const PreparedScan ready = prepareScan(viewOfCloud(*smallClouds().target), options);
   EXPECT_TRUE(ready.isComplete());
 
   const std::string first_stage = GetParam() == Profile::Default ? "thinning" : "normals";
@@ -143,8 +134,8 @@ TEST_P(TimeLimit, AScanThatIsNotReadySaysSo)
 TEST_P(TimeLimit, PreparationEndsInAnyStage)
 {
   const Options options = withProfile(GetParam());
-  const ScanView scan = viewOf(*smallClouds().source);
-  const PreparedScan partner = prepareScan(viewOf(*smallClouds().target), options);
+  const ScanView scan = viewOfCloud(*smallClouds().source);
+  const PreparedScan partner = prepareScan(viewOfCloud(*smallClouds().target), options);
   const auto start = Deadline::Clock::now();
   const PreparedScan whole = prepareScan(scan, options);
   const double seconds = std::chrono::duration<double>(Deadline::Clock::now() - start).count();

@@ -339,7 +339,7 @@ TEST_F(Program, scansWithoutAnAnswerAreDrawnToo)
                                  " --profile " + profile + " --png " + path);
       ASSERT_EQ(result.code, 0) << result.errors;
       EXPECT_THAT(result.output, StartsWith("Not aligned: " + status));
-      EXPECT_THAT(result.output, Not(HasSubstr("is right")));
+      EXPECT_THAT(result.output, Not(HasSubstr("candidate 1 is right")));
       for (const std::string& name : united(kPictures, kTruthPictures))
         EXPECT_EQ(Picture(path + "/" + name).width(), kPictureWidth) << name;
     }

@@ -73,6 +73,15 @@ addConsecutive(Tally& tally, const std::vector<PosedScan>& scans, std::uint64_t 
     addPair(tally, scans, i, i - 1, seed);
 }
 
+/// Each scan onto all before it.
+inline void
+addAllPairs(Tally& tally, const std::vector<PosedScan>& scans, std::uint64_t seed)
+{
+  for (std::size_t i = 1; i < scans.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j)
+      addPair(tally, scans, i, j, seed);
+}
+
 /// All pairs are right and accepted.
 inline void
 expectAllBelieved(const Tally& tally)

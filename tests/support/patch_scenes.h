@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include "scan_views.h"
 #include "synthetic_scene.h"
 
 #include <pcl_ssfr/planar_patches.h>
@@ -20,16 +21,6 @@ namespace pcl_ssfr::testing {
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInf = std::numeric_limits<float>::infinity();
 constexpr float kMaxFloat = std::numeric_limits<float>::max();
-
-/// A view on the columns of \p points, which must outlive it.
-inline ScanView
-viewOf(const Eigen::Matrix3Xf& points)
-{
-  ScanView view;
-  view.xyz = points.data();
-  view.size = static_cast<std::size_t>(points.cols());
-  return view;
-}
 
 /// centre + [-1, 1] half_u + [-1, 1] half_v; half_u and half_v are perpendicular [m].
 struct Rectangle {
