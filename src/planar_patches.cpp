@@ -29,7 +29,6 @@ operator+=(CellMoments& moments, const CellMoments& other)
 
 struct Plane {
   Eigen::Vector3d mean;
-  Eigen::Matrix3d covariance;
   Eigen::Vector3d normal;
   Eigen::Vector3d major;      ///< direction of the largest extent
   Eigen::Vector3d deviations; ///< standard deviations, ascending [m]
@@ -40,9 +39,8 @@ fitPlane(const CellMoments& moments)
 {
   Plane plane;
   plane.mean = moments.sum / moments.n;
-  plane.covariance = moments.outer / moments.n - plane.mean * plane.mean.transpose();
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
-  solver.computeDirect(plane.covariance);
+  solver.computeDirect(moments.outer / moments.n - plane.mean * plane.mean.transpose());
   plane.normal = solver.eigenvectors().col(0).normalized();
   plane.major = solver.eigenvectors().col(2).normalized();
   plane.deviations = solver.eigenvalues().cwiseMax(0).cwiseSqrt();
@@ -155,7 +153,6 @@ private:
     patches_.majors.resize(3, n);
     patches_.half_minors.resize(n);
     patches_.thickness.resize(n);
-    patches_.covariance.reserve(planes_.size());
     for (Eigen::Index i = 0; i < n; ++i) {
       const auto u = static_cast<std::size_t>(i);
       const Plane& plane = planes_[u];
@@ -169,7 +166,6 @@ private:
       patches_.half_minors[i] = kHalfWidth * plane.deviations[1];
       patches_.majors.col(i) = plane.major;
       patches_.thickness[i] = plane.deviations[0];
-      patches_.covariance.push_back(plane.covariance);
     }
     return std::move(patches_);
   }
@@ -249,7 +245,6 @@ selectPatches(const PlanarPatches& patches,
     some.majors.col(k) = patches.majors.col(i);
     some.half_minors[k] = patches.half_minors[i];
     some.thickness[k] = patches.thickness[i];
-    some.covariance.push_back(patches.covariance[static_cast<std::size_t>(i)]);
     some.counts.push_back(patches.counts[static_cast<std::size_t>(i)]);
     some.first_point.push_back(patches.first_point[static_cast<std::size_t>(i)]);
   }

@@ -351,7 +351,7 @@ searchTranslations(const OrientedSamples& source,
   const Ballot ballot(votes, target_index, target_image, R, options.visibility);
   std::vector<PoseHypothesis> found;
   std::vector<int> counts(static_cast<std::size_t>(shifts));
-  int best_screened = 0;
+  int best_screened = options.rival_votes / kScreeningStride;
   for (const ShiftPeak& a : first)
     for (const ShiftPeak& b : second) {
       const Eigen::Vector3f base = composeShifts(axes, {a.shift, b.shift, shift_low}).cast<float>();
@@ -377,6 +377,7 @@ searchTranslations(const OrientedSamples& source,
         PoseHypothesis pose;
         pose.T_target_source.linear() = R;
         pose.T_target_source.translation() = t.cast<double>();
+        pose.votes = count;
         pose.score = (count - options.contradiction_weight * ballot.votesAgainst(t)) /
                      static_cast<double>(std::max<Eigen::Index>(1, ballot.size()));
         found.push_back(pose);

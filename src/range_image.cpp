@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <limits>
 
 namespace pcl_ssfr {
 
@@ -27,12 +28,16 @@ constexpr double kWeakGain = 1.4;
 constexpr double kMaxFineShareAtWeakGain = 0.08;
 
 // Search for the sensor: places are judged by few points in wide cells, the best of them by more points in finer ones.
+constexpr Eigen::Index kFirstPoints = 1500;
+constexpr double kFirstCell = 0.08;  // [rad]
+constexpr double kFirstShare = 0.25; // of all places, which is judged again
 constexpr Eigen::Index kCoarsePoints = 6000;
 constexpr double kCoarseCell = 0.04; // [rad]
 constexpr Eigen::Index kFinePoints = 40000;
 constexpr double kFineCell = 0.0175;    // [rad]
 constexpr double kPlaceStep = 1;        // [m] at scale 1, of the grid of places
 constexpr double kMaxPlaces = 1500;     // else the grid is wider
+constexpr std::size_t kMinPlaces = 100; // are judged again
 constexpr std::size_t kClimbs = 6;      // from the best places
 constexpr std::size_t kFineClimbs = 3;  // go on with many points
 constexpr double kFirstFineStep = 0.3;  // [m] at scale 1
@@ -79,7 +84,7 @@ struct SightBlock {
       z[i] = coordinates[3 * i + 2] - place.z();
     }
     for (std::size_t i = 0; i < count; ++i)
-      range[i] = Eigen::Vector3f(x[i], y[i], z[i]).norm();
+      range[i] = std::sqrt(x[i] * x[i] + (y[i] * y[i] + z[i] * z[i]));
     for (std::size_t i = 0; i < count; ++i)
       cells[i] = grid.cell(x[i], y[i], z[i]);
   }
@@ -94,7 +99,8 @@ depthSpans(const Eigen::Matrix3Xf& points,
 {
   constexpr std::size_t kPointsPerLook = 64 * SightBlock::kSize;
   const auto n = static_cast<std::size_t>(points.cols());
-  std::vector<DepthSpan> spans(grid.size());
+  constexpr float kNothing = std::numeric_limits<float>::infinity();
+  std::vector<DepthSpan> spans(grid.size(), DepthSpan{kNothing, 0});
   SightBlock block;
   for (std::size_t first = 0; first < n; first += SightBlock::kSize) {
     if (first % kPointsPerLook == 0 && deadline.hasPassed())
@@ -103,14 +109,15 @@ depthSpans(const Eigen::Matrix3Xf& points,
     block.look(points, first, count, viewpoint, grid);
     for (std::size_t i = 0; i < count; ++i) {
       const float range = block.range[i];
-      if (!(range > 0 && std::isfinite(range)))
+      if (!(range > 0 && range < kNothing))
         continue;
       DepthSpan& span = spans[static_cast<std::size_t>(block.cells[i])];
-      if (span.nearest == 0 || range < span.nearest)
-        span.nearest = range;
+      span.nearest = std::min(span.nearest, range);
       span.farthest = std::max(span.farthest, range);
     }
   }
+  for (DepthSpan& span : spans)
+    span.nearest = span.farthest > 0 ? span.nearest : 0;
   return spans;
 }
 
@@ -321,19 +328,28 @@ findViewpoint(const Eigen::Matrix3Xf& points,
   high = (high.cast<double>() / shrink).cast<int>();
   const Eigen::Array3i dims = high - low + 1;
   std::vector<Place> places(static_cast<std::size_t>(dims.prod()));
-  const DirectionGrid coarse_grid(kCoarseCell);
-  const auto count = static_cast<std::int64_t>(places.size());
-#pragma omp parallel for schedule(static) num_threads(workers)
-  for (std::int64_t i = 0; i < count; ++i) {
-    Place& place = places[static_cast<std::size_t>(i)];
+  for (std::size_t i = 0; i < places.size(); ++i) {
     const auto k = static_cast<int>(i);
     const Eigen::Array3i cell(k % dims.x(), k / dims.x() % dims.y(), k / dims.x() / dims.y());
-    place.position = middle.position + static_cast<float>(step) * (low + cell).cast<float>().matrix();
-    place.score = deadline.hasPassed() ? 0 : placeScore(coarse, place.position, coarse_grid, margin);
+    places[i].position = middle.position + static_cast<float>(step) * (low + cell).cast<float>().matrix();
   }
+  // Rank the places by what they see of some points.
+  const auto rankPlaces = [&](const Eigen::Matrix3Xf& seen, double cell) {
+    const DirectionGrid grid(cell);
+    const auto count = static_cast<std::int64_t>(places.size());
+#pragma omp parallel for schedule(static) num_threads(workers)
+    for (std::int64_t i = 0; i < count; ++i) {
+      Place& place = places[static_cast<std::size_t>(i)];
+      place.score = deadline.hasPassed() ? 0 : placeScore(seen, place.position, grid, margin);
+    }
+    std::stable_sort(places.begin(), places.end(), [](const Place& a, const Place& b) { return a.score > b.score; });
+  };
+  rankPlaces(drawPoints(points, kFirstPoints), kFirstCell);
+  places.resize(std::max(std::min(places.size(), kMinPlaces),
+                         static_cast<std::size_t>(kFirstShare * static_cast<double>(places.size()))));
+  rankPlaces(coarse, kCoarseCell);
   if (deadline.hasPassed())
     return std::nullopt;
-  std::stable_sort(places.begin(), places.end(), [](const Place& a, const Place& b) { return a.score > b.score; });
   std::vector<Place> best;
   for (const Place& place : places) {
     if (best.size() >= kClimbs)

@@ -16,16 +16,9 @@ namespace {
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 
-constexpr double kFreeMotion = 1e-6; // eigenvalues below this share of the largest are motions left free
-constexpr double kLeverArm = 5;      // [m] makes rotations and translations comparable in the eigenvalue test
-
-Eigen::Matrix3d
-skew(const Eigen::Vector3d& v)
-{
-  Eigen::Matrix3d m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
-}
+constexpr double kFreeMotion = 1e-6;              // eigenvalues below this share of the largest are motions left free
+constexpr double kHalfWidth = 1.7320508075688772; // of a uniformly covered interval, in standard deviations
+constexpr double kLeverArm = 5; // [m] makes rotations and translations comparable in the eigenvalue test
 
 /// Normal equations of the plane distances, about a fixed centre.
 struct NormalEquations {
@@ -35,23 +28,28 @@ struct NormalEquations {
   double squares = 0;
   Eigen::Index matches = 0;
 
-  /// A place \p p (relative to the centre) with distance \p r to a plane of normal \p n; \p spread: covariance of the
-  /// surface around it, null for a point.
+  /// A place \p p (relative to the centre) with distance \p r to a plane of normal \p n.
   void
-  add(const Eigen::Vector3d& p, const Eigen::Vector3d& n, double r, double w, const Eigen::Matrix3d* spread)
+  add(const Eigen::Vector3d& p, const Eigen::Vector3d& n, double r, double w)
   {
     Vector6 j;
     j << p.cross(n), n;
-    hessian.noalias() += w * j * j.transpose();
-    gradient.noalias() += (w * r) * j;
-    if (spread) {
-      const Eigen::Matrix3d s = skew(n);
-      hessian.topLeftCorner<3, 3>().noalias() += w * (s.transpose() * *spread * s).transpose();
-      gradient.head<3>().noalias() += w * (*spread * n).cross(n);
-    }
+    const Vector6 weighted = w * j;
+    hessian.noalias() += weighted * j.transpose();
+    gradient += r * weighted;
     weight += w;
     squares += w * r * r;
     ++matches;
+  }
+
+  /// The surface around a place reaches \p extent [m] (one standard deviation) to both sides: it binds the rotation.
+  void
+  addSpread(const Eigen::Vector3d& extent, const Eigen::Vector3d& n, double w)
+  {
+    const Eigen::Vector3d j = extent.cross(n);
+    const Eigen::Vector3d weighted = w * j;
+    hessian.topLeftCorner<3, 3>().noalias() += weighted * j.transpose();
+    gradient.head<3>() += extent.dot(n) * weighted;
   }
 
   NormalEquations&
@@ -182,14 +180,12 @@ refinePatches(const PlanarPatches& source,
                       continue;
                     const Eigen::Vector3d n = target.normal(match).cast<double>();
                     const double r = (p - target.centroid(match).cast<double>()).dot(n);
-                    const Eigen::Matrix3d spread =
-                        T.linear() * source.covariance[static_cast<std::size_t>(i)] * T.linear().transpose();
-                    equations.add(p - c,
-                                  n,
-                                  r,
-                                  source.samples.weights[i] * robustWeight(r, scale) /
-                                      target.distanceVariance(match, p.cast<float>()),
-                                  &spread);
+                    const double w = source.samples.weights[i] * robustWeight(r, scale) /
+                                     target.distanceVariance(match, p.cast<float>());
+                    equations.add(p - c, n, r, w);
+                    const Eigen::Vector3d major = T.linear() * source.majors.col(i);
+                    equations.addSpread(source.samples.extents[i] / kHalfWidth * major, n, w);
+                    equations.addSpread(source.half_minors[i] / kHalfWidth * normal.cross(major), n, w);
                   }
                 });
 }
@@ -245,8 +241,7 @@ refineMutual(const SurfacePoints& source,
             return;
           const Eigen::Vector3d n = target_planes.normal(match).cast<double>();
           const double r = (p - target_planes.centroid(match).cast<double>()).dot(n);
-          sum.add(
-              p - c, n, r, robustWeight(r, scale) / target_planes.distanceVariance(match, p.cast<float>()), nullptr);
+          sum.add(p - c, n, r, robustWeight(r, scale) / target_planes.distanceVariance(match, p.cast<float>()));
         });
         // The other way round it is the plane that moves: its distance to a fixed point shrinks along its
         // normal.
@@ -260,8 +255,7 @@ refineMutual(const SurfacePoints& source,
             return;
           const Eigen::Vector3d n = T.linear() * source_planes.normal(match).cast<double>();
           const double r = (T * source_planes.centroid(match).cast<double>() - q).dot(n);
-          sum.add(
-              q - c, n, r, robustWeight(r, scale) / source_planes.distanceVariance(match, p.cast<float>()), nullptr);
+          sum.add(q - c, n, r, robustWeight(r, scale) / source_planes.distanceVariance(match, p.cast<float>()));
         });
       });
 }

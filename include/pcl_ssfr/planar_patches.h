@@ -27,7 +27,6 @@ struct PlanarPatches {
   Points3 majors;                          ///< unit direction of the largest extent, 3 x N
   Eigen::VectorXd half_minors;             ///< half width across majors within the plane, N [m]
   Eigen::VectorXd thickness;               ///< standard deviation across the plane, N [m]
-  std::vector<Eigen::Matrix3d> covariance; ///< of the points of the patch, N [m^2]
   std::vector<std::uint32_t> counts;       ///< thinned points of the patch, N
   std::vector<std::uint32_t>
       first_point;                    ///< its points are [first_point, first_point + counts) of the thinned cloud, N

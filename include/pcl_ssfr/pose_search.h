@@ -29,6 +29,7 @@ struct PoseSearchOptions {
   double step = 0.25;              ///< of the exhaustive search along the third axis [m]
   double contradiction_weight = 2; ///< a vote against counts so many votes for
   int keep = 24;                   ///< poses kept a rotation
+  int rival_votes = 0;             ///< for a pose of another rotation: what stays far below it is not counted in full
   VisibilityOptions visibility;
   std::optional<ShiftWindow> window; ///< none: every translation
 };
@@ -37,6 +38,7 @@ struct PoseSearchOptions {
 struct PoseHypothesis {
   Eigen::Isometry3d T_target_source = Eigen::Isometry3d::Identity();
   double score = 0; ///< share of votes for, less the weighted share of votes against
+  int votes = 0;    ///< for it
 };
 
 /** \brief Places of a scan that vote on poses: drawn systematically from its patches so that every main direction is

@@ -82,7 +82,6 @@ addPatch(PlanarPatches& patches, const Rectangle& r)
   patches.majors.col(n) = r.half_u.normalized();
   patches.half_minors[n] = r.half_v.norm();
   patches.thickness[n] = 0;
-  patches.covariance.emplace_back((r.half_u * r.half_u.transpose() + r.half_v * r.half_v.transpose()) / 3);
   patches.counts.push_back(0);
   patches.first_point.push_back(0);
 }
