@@ -3,6 +3,8 @@
 
 #include <pcl_ssfr/patch_index.h>
 
+#include "vector_clones.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -153,6 +155,49 @@ PatchIndex::PatchIndex(const PlanarPatches& patches, double voxel, std::size_t m
   for (std::size_t i = 0; i < planes_.size(); ++i)
     for (; at < ends[i]; ++at)
       entries_[next[voxels[at]]++] = static_cast<std::uint32_t>(i);
+}
+
+PCL_SSFR_VECTOR_CLONES int
+PatchIndex::countFacing(const Probes& probes, std::size_t begin, std::size_t end, const Eigen::Vector3f& t) const
+{
+  if (empty())
+    return 0;
+  constexpr std::size_t kLanes = 32;
+  std::array<std::int32_t, kLanes> block;
+  std::array<std::int32_t, kLanes> voxel;
+  std::array<std::int32_t, kLanes> inside; // 1 or 0
+  const Eigen::Array3f last = dims_.cast<float>();
+  const float tx = t.x(), ty = t.y(), tz = t.z();
+  const float ox = origin_.x(), oy = origin_.y(), oz = origin_.z();
+  const float lx = last.x(), ly = last.y(), lz = last.z();
+  const float inverse = inverse_voxel_;
+  const int row = block_dims_.x(), layer = block_dims_.x() * block_dims_.y();
+  int facing = 0;
+  for (std::size_t first = begin; first < end; first += kLanes) {
+    const std::size_t n = std::min(kLanes, end - first);
+    const float* const px = probes.x.data() + first;
+    const float* const py = probes.y.data() + first;
+    const float* const pz = probes.z.data() + first;
+    for (std::size_t i = 0; i < n; ++i) {
+      const float x = (px[i] + tx - ox) * inverse;
+      const float y = (py[i] + ty - oy) * inverse;
+      const float z = (pz[i] + tz - oz) * inverse;
+      inside[i] = static_cast<int>(x >= 0) & static_cast<int>(x < lx) & static_cast<int>(y >= 0) &
+                  static_cast<int>(y < ly) & static_cast<int>(z >= 0) & static_cast<int>(z < lz);
+      const int u = inside[i] ? static_cast<int>(x) : 0;
+      const int v = inside[i] ? static_cast<int>(y) : 0;
+      const int w = inside[i] ? static_cast<int>(z) : 0;
+      block[i] = (w >> kBlockBits) * layer + (v >> kBlockBits) * row + (u >> kBlockBits);
+      voxel[i] = ((w & kBlockMask) << (2 * kBlockBits)) | ((v & kBlockMask) << kBlockBits) | (u & kBlockMask);
+    }
+    for (std::size_t i = 0; i < n; ++i) {
+      const std::size_t v =
+          (static_cast<std::size_t>(blocks_[static_cast<std::size_t>(block[i])]) << (3 * kBlockBits)) |
+          static_cast<std::size_t>(voxel[i]);
+      facing += static_cast<int>((masks_[v] & probes.direction[first + i]) != 0) & inside[i];
+    }
+  }
+  return facing;
 }
 
 int

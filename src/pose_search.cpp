@@ -118,27 +118,34 @@ public:
          const RangeImage* image,
          const Eigen::Matrix3d& R,
          const VisibilityOptions& options)
-      : index_(index), image_(image), options_(options), points_(R.cast<float>() * votes.points)
+      : index_(index), image_(image), options_(options)
   {
-    bits_.reserve(static_cast<std::size_t>(points_.cols()));
-    for (Eigen::Index i = 0; i < points_.cols(); ++i)
-      bits_.push_back(std::uint64_t{1} << directionClass(R.cast<float>() * votes.normals.col(i)));
+    const Eigen::Matrix3f rotation = R.cast<float>();
+    for (Eigen::Index first = 0; first < kScreeningStride; ++first) {
+      for (Eigen::Index i = first; i < votes.points.cols(); i += kScreeningStride)
+        probes_.add(rotation * votes.points.col(i), rotation * votes.normals.col(i));
+      if (first == 0)
+        screened_ = probes_.x.size();
+    }
   }
 
   Eigen::Index
   size() const
   {
-    return points_.cols();
+    return static_cast<Eigen::Index>(probes_.x.size());
   }
 
-  /// Votes for the translation among the samples first, first + stride, ...
+  /// Votes for the translation among every kScreeningStride-th of the samples.
   int
-  votesFor(const Eigen::Vector3f& t, Eigen::Index first, Eigen::Index stride) const
+  screenedVotesFor(const Eigen::Vector3f& t) const
   {
-    int votes = 0;
-    for (Eigen::Index i = first; i < points_.cols(); i += stride)
-      votes += (index_.mask(points_.col(i) + t) & bits_[static_cast<std::size_t>(i)]) != 0;
-    return votes;
+    return index_.countFacing(probes_, 0, screened_, t);
+  }
+  /// And among the others.
+  int
+  otherVotesFor(const Eigen::Vector3f& t) const
+  {
+    return index_.countFacing(probes_, screened_, probes_.x.size(), t);
   }
 
   /// Samples that hang in the free space of the target.
@@ -148,9 +155,9 @@ public:
     if (!image_)
       return 0;
     int votes = 0;
-    for (Eigen::Index i = 0; i < points_.cols(); ++i) {
-      const Eigen::Vector3f p = points_.col(i) + t;
-      if ((index_.mask(p) & bits_[static_cast<std::size_t>(i)]) != 0)
+    for (std::size_t i = 0; i < probes_.x.size(); ++i) {
+      const Eigen::Vector3f p = Eigen::Vector3f(probes_.x[i], probes_.y[i], probes_.z[i]) + t;
+      if ((index_.mask(p) & probes_.direction[i]) != 0)
         continue;
       const Eigen::Vector3f ray = p - image_->viewpoint();
       const float free = image_->freeRange(image_->cell(ray));
@@ -163,8 +170,8 @@ private:
   const PatchIndex& index_;
   const RangeImage* image_;
   const VisibilityOptions& options_;
-  Eigen::Matrix3Xf points_;
-  std::vector<std::uint64_t> bits_;
+  PatchIndex::Probes probes_; ///< those that are screened first
+  std::size_t screened_ = 0;
 };
 
 /// Interval of the samples' positions along an axis that holds all but the outermost twentieth at each end.
@@ -359,14 +366,13 @@ searchTranslations(const OrientedSamples& source,
       for (int s = 0; s < shifts; ++s) {
         const Eigen::Vector3f t = base + static_cast<float>(s) * step;
         int& count = counts[static_cast<std::size_t>(s)];
-        count = ballot.votesFor(t, 0, kScreeningStride);
+        count = ballot.screenedVotesFor(t);
         best_screened = std::max(best_screened, count);
         if (count < kScreeningShare * best_screened) {
           count = 0;
           continue;
         }
-        for (Eigen::Index k = 1; k < kScreeningStride; ++k)
-          count += ballot.votesFor(t, k, kScreeningStride);
+        count += ballot.otherVotesFor(t);
       }
       for (int s = 0; s < shifts; ++s) {
         const int count = counts[static_cast<std::size_t>(s)];

@@ -3,6 +3,8 @@
 
 #include <pcl_ssfr/range_image.h>
 
+#include "vector_clones.h"
+
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -70,7 +72,7 @@ struct SightBlock {
   std::array<int, kSize> cells;
 
   /// \p count of \p points from column \p first on.
-  void
+  PCL_SSFR_VECTOR_CLONES void
   look(const Eigen::Matrix3Xf& points,
        std::size_t first,
        std::size_t count,

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 namespace pcl_ssfr {
@@ -18,7 +19,8 @@ using Vector6 = Eigen::Matrix<double, 6, 1>;
 
 constexpr double kFreeMotion = 1e-6;              // eigenvalues below this share of the largest are motions left free
 constexpr double kHalfWidth = 1.7320508075688772; // of a uniformly covered interval, in standard deviations
-constexpr double kLeverArm = 5; // [m] makes rotations and translations comparable in the eigenvalue test
+constexpr double kKeptMatches = 0.02; // of the final distance: motion of the pose that leaves the matches as they are
+constexpr double kLeverArm = 5;       // [m] makes rotations and translations comparable in the eigenvalue test
 
 /// Normal equations of the plane distances, about a fixed centre.
 struct NormalEquations {
@@ -105,7 +107,31 @@ addInChunks(Eigen::Index count, int threads, NormalEquations& equations, const A
     equations += sum;
 }
 
-/// The loop that both refinements share; \p accumulate(T, centre, tolerance, scale, equations) adds the matches.
+/// What a step of a refinement starts from.
+struct Step {
+  Eigen::Isometry3d T_target_source;
+  Eigen::Vector3d centre;
+  PatchIndex::Tolerance tolerance;
+  double scale;      ///< of the robust weight [m]
+  bool find_matches; ///< else the pose has hardly moved since they were found, and they are kept
+
+  /// The match of a place, found or \p known; -1: none.
+  int
+  match(const PatchIndex& index, const Eigen::Vector3d& p, const Eigen::Vector3d& n, int& known) const
+  {
+    if (find_matches)
+      known = index.find(p.cast<float>(), n.cast<float>(), tolerance);
+    return known;
+  }
+  /// Whether a match found in an earlier step is still near enough.
+  bool
+  isWithin(double distance) const
+  {
+    return find_matches || std::abs(distance) < static_cast<double>(tolerance.distance);
+  }
+};
+
+/// The loop that both refinements share; \p accumulate(step, equations) adds the matches.
 template <typename Accumulate>
 Refinement
 refine(const Eigen::Isometry3d& T_start,
@@ -119,12 +145,20 @@ refine(const Eigen::Isometry3d& T_start,
   const double first = options.match.distance;
   const double last = std::min(options.final_distance, first);
   const int shrinking = std::max(1, options.steps / 2);
+  double moved = std::numeric_limits<double>::infinity(); // since the matches were found [m]
   for (int step = 0; step < options.steps; ++step) {
     const double f = std::min(1.0, static_cast<double>(step) / shrinking);
     PatchIndex::Tolerance tolerance = options.match;
     tolerance.distance = static_cast<float>(first * std::pow(last / first, f));
+    const Step state = {result.T_target_source,
+                        centre,
+                        tolerance,
+                        0.5 * static_cast<double>(tolerance.distance),
+                        moved > kKeptMatches * last};
+    if (state.find_matches)
+      moved = 0;
     NormalEquations equations;
-    accumulate(result.T_target_source, centre, tolerance, 0.5 * static_cast<double>(tolerance.distance), equations);
+    accumulate(state, equations);
     result.steps = step + 1;
     result.hessian = equations.hessian;
     result.weight = equations.weight;
@@ -135,6 +169,7 @@ refine(const Eigen::Isometry3d& T_start,
     const Vector6 motion = equations.solve();
     const Eigen::Isometry3d delta = Eigen::Translation3d(centre) * expSe3(motion) * Eigen::Translation3d(-centre);
     result.T_target_source = delta * result.T_target_source;
+    moved += kLeverArm * motion.head<3>().norm() + motion.tail<3>().norm();
     if (f >= 1 && motion.head<3>().norm() < options.min_step && motion.tail<3>().norm() < options.min_step)
       break;
   }
@@ -164,30 +199,27 @@ refinePatches(const PlanarPatches& source,
   if (source.size() == 0)
     return refine(T_target_source, Eigen::Vector3d::Zero(), options, [](const auto&...) {});
   const Eigen::Vector3d centre = T_target_source * Eigen::Vector3d(source.samples.points.rowwise().mean());
-  return refine(T_target_source,
-                centre,
-                options,
-                [&](const Eigen::Isometry3d& T,
-                    const Eigen::Vector3d& c,
-                    const PatchIndex::Tolerance& tolerance,
-                    double scale,
-                    NormalEquations& equations) {
-                  for (Eigen::Index i = 0; i < source.size(); ++i) {
-                    const Eigen::Vector3d p = T * source.samples.points.col(i);
-                    const Eigen::Vector3d normal = T.linear() * source.samples.normals.col(i);
-                    const int match = target.find(p.cast<float>(), normal.cast<float>(), tolerance);
-                    if (match < 0)
-                      continue;
-                    const Eigen::Vector3d n = target.normal(match).cast<double>();
-                    const double r = (p - target.centroid(match).cast<double>()).dot(n);
-                    const double w = source.samples.weights[i] * robustWeight(r, scale) /
-                                     target.distanceVariance(match, p.cast<float>());
-                    equations.add(p - c, n, r, w);
-                    const Eigen::Vector3d major = T.linear() * source.majors.col(i);
-                    equations.addSpread(source.samples.extents[i] / kHalfWidth * major, n, w);
-                    equations.addSpread(source.half_minors[i] / kHalfWidth * normal.cross(major), n, w);
-                  }
-                });
+  std::vector<int> matches(static_cast<std::size_t>(source.size()), -1);
+  return refine(T_target_source, centre, options, [&](const Step& step, NormalEquations& equations) {
+    const Eigen::Isometry3d& T = step.T_target_source;
+    for (Eigen::Index i = 0; i < source.size(); ++i) {
+      const Eigen::Vector3d p = T * source.samples.points.col(i);
+      const Eigen::Vector3d normal = T.linear() * source.samples.normals.col(i);
+      const int match = step.match(target, p, normal, matches[static_cast<std::size_t>(i)]);
+      if (match < 0)
+        continue;
+      const Eigen::Vector3d n = target.normal(match).cast<double>();
+      const double r = (p - target.centroid(match).cast<double>()).dot(n);
+      if (!step.isWithin(r))
+        continue;
+      const double w =
+          source.samples.weights[i] * robustWeight(r, step.scale) / target.distanceVariance(match, p.cast<float>());
+      equations.add(p - centre, n, r, w);
+      const Eigen::Vector3d major = T.linear() * source.majors.col(i);
+      equations.addSpread(source.samples.extents[i] / kHalfWidth * major, n, w);
+      equations.addSpread(source.half_minors[i] / kHalfWidth * normal.cross(major), n, w);
+    }
+  });
 }
 
 SurfacePoints
@@ -224,40 +256,37 @@ refineMutual(const SurfacePoints& source,
   if (source.points.cols() == 0 || target.points.cols() == 0)
     return refine(T_target_source, Eigen::Vector3d::Zero(), options, [](const auto&...) {});
   const Eigen::Vector3d centre = T_target_source * Eigen::Vector3d(source.points.cast<double>().rowwise().mean());
-  return refine(
-      T_target_source,
-      centre,
-      options,
-      [&](const Eigen::Isometry3d& T,
-          const Eigen::Vector3d& c,
-          const PatchIndex::Tolerance& tolerance,
-          double scale,
-          NormalEquations& equations) {
-        addInChunks(source.points.cols(), options.threads, equations, [&](Eigen::Index i, NormalEquations& sum) {
-          const Eigen::Vector3d p = T * source.points.col(i).cast<double>();
-          const Eigen::Vector3d normal = T.linear() * source.normals.col(i).cast<double>();
-          const int match = target_planes.find(p.cast<float>(), normal.cast<float>(), tolerance);
-          if (match < 0)
-            return;
-          const Eigen::Vector3d n = target_planes.normal(match).cast<double>();
-          const double r = (p - target_planes.centroid(match).cast<double>()).dot(n);
-          sum.add(p - c, n, r, robustWeight(r, scale) / target_planes.distanceVariance(match, p.cast<float>()));
-        });
-        // The other way round it is the plane that moves: its distance to a fixed point shrinks along its
-        // normal.
-        const Eigen::Isometry3d T_source_target = T.inverse();
-        addInChunks(target.points.cols(), options.threads, equations, [&](Eigen::Index i, NormalEquations& sum) {
-          const Eigen::Vector3d q = target.points.col(i).cast<double>();
-          const Eigen::Vector3d p = T_source_target * q;
-          const Eigen::Vector3d normal = T_source_target.linear() * target.normals.col(i).cast<double>();
-          const int match = source_planes.find(p.cast<float>(), normal.cast<float>(), tolerance);
-          if (match < 0)
-            return;
-          const Eigen::Vector3d n = T.linear() * source_planes.normal(match).cast<double>();
-          const double r = (T * source_planes.centroid(match).cast<double>() - q).dot(n);
-          sum.add(q - c, n, r, robustWeight(r, scale) / source_planes.distanceVariance(match, p.cast<float>()));
-        });
-      });
+  std::vector<int> source_matches(static_cast<std::size_t>(source.points.cols()), -1);
+  std::vector<int> target_matches(static_cast<std::size_t>(target.points.cols()), -1);
+  return refine(T_target_source, centre, options, [&](const Step& step, NormalEquations& equations) {
+    const Eigen::Isometry3d& T = step.T_target_source;
+    addInChunks(source.points.cols(), options.threads, equations, [&](Eigen::Index i, NormalEquations& sum) {
+      const Eigen::Vector3d p = T * source.points.col(i).cast<double>();
+      const Eigen::Vector3d normal = T.linear() * source.normals.col(i).cast<double>();
+      const int match = step.match(target_planes, p, normal, source_matches[static_cast<std::size_t>(i)]);
+      if (match < 0)
+        return;
+      const Eigen::Vector3d n = target_planes.normal(match).cast<double>();
+      const double r = (p - target_planes.centroid(match).cast<double>()).dot(n);
+      if (step.isWithin(r))
+        sum.add(p - centre, n, r, robustWeight(r, step.scale) / target_planes.distanceVariance(match, p.cast<float>()));
+    });
+    // The other way round it is the plane that moves: its distance to a fixed point shrinks along its
+    // normal.
+    const Eigen::Isometry3d T_source_target = T.inverse();
+    addInChunks(target.points.cols(), options.threads, equations, [&](Eigen::Index i, NormalEquations& sum) {
+      const Eigen::Vector3d q = target.points.col(i).cast<double>();
+      const Eigen::Vector3d p = T_source_target * q;
+      const Eigen::Vector3d normal = T_source_target.linear() * target.normals.col(i).cast<double>();
+      const int match = step.match(source_planes, p, normal, target_matches[static_cast<std::size_t>(i)]);
+      if (match < 0)
+        return;
+      const Eigen::Vector3d n = T.linear() * source_planes.normal(match).cast<double>();
+      const double r = (T * source_planes.centroid(match).cast<double>() - q).dot(n);
+      if (step.isWithin(r))
+        sum.add(q - centre, n, r, robustWeight(r, step.scale) / source_planes.distanceVariance(match, p.cast<float>()));
+    });
+  });
 }
 
 } // namespace pcl_ssfr

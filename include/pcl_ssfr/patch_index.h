@@ -40,6 +40,21 @@ public:
     bool either_side = false; ///< the signs of the normals carry no information
   };
 
+  /// Places with directions, as countFacing() reads them: arrays, so that the compiler can handle several at once.
+  struct Probes {
+    std::vector<float> x, y, z;           ///< [m]
+    std::vector<std::uint64_t> direction; ///< the bit of the class
+
+    void
+    add(const Eigen::Vector3f& p, const Eigen::Vector3f& n)
+    {
+      x.push_back(p.x());
+      y.push_back(p.y());
+      z.push_back(p.z());
+      direction.push_back(std::uint64_t{1} << directionClass(n));
+    }
+  };
+
   PatchIndex() = default;
 
   /** \param[in] patches the patches \param[in] voxel wanted edge of a voxel [m]; grows where the grid would have more
@@ -65,6 +80,11 @@ public:
     const std::int64_t v = voxelAt(p);
     return v < 0 ? 0 : masks_[static_cast<std::size_t>(v)];
   }
+
+  /// How many of the probes [\p begin, \p end), moved by \p t, have patches near them that face their way: mask() of
+  /// many.
+  int
+  countFacing(const Probes& probes, std::size_t begin, std::size_t end, const Eigen::Vector3f& t) const;
 
   /// The compatible patch with the smallest plane distance at place \p p with unit normal \p n; -1 when there is none.
   int
