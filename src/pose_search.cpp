@@ -363,16 +363,22 @@ searchTranslations(const OrientedSamples& source,
     for (const ShiftPeak& b : second) {
       const Eigen::Vector3f base = composeShifts(axes, {a.shift, b.shift, shift_low}).cast<float>();
       const Eigen::Vector3f step = (axes.col(2) * options.step).cast<float>();
-      for (int s = 0; s < shifts; ++s) {
+      // Patches are found from about two steps away: every second shift tells whether those around it are worth
+      // counting.
+      std::fill(counts.begin(), counts.end(), 0);
+      const auto countAt = [&](int s) {
+        if (s >= shifts || counts[static_cast<std::size_t>(s)] > 0)
+          return;
         const Eigen::Vector3f t = base + static_cast<float>(s) * step;
-        int& count = counts[static_cast<std::size_t>(s)];
-        count = ballot.screenedVotesFor(t);
-        best_screened = std::max(best_screened, count);
-        if (count < kScreeningShare * best_screened) {
-          count = 0;
+        counts[static_cast<std::size_t>(s)] = ballot.screenedVotesFor(t) + ballot.otherVotesFor(t);
+      };
+      for (int s = 0; s < shifts; s += 2) {
+        const int screened = ballot.screenedVotesFor(base + static_cast<float>(s) * step);
+        best_screened = std::max(best_screened, screened);
+        if (screened < kScreeningShare * best_screened)
           continue;
-        }
-        count += ballot.otherVotesFor(t);
+        for (int k = std::max(0, s - 1); k <= s + 1; ++k)
+          countAt(k);
       }
       for (int s = 0; s < shifts; ++s) {
         const int count = counts[static_cast<std::size_t>(s)];

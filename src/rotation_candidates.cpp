@@ -33,11 +33,11 @@ angleBetween(const Eigen::Vector3d& a, const Eigen::Vector3d& b)
   return std::atan2(a.cross(b).norm(), a.dot(b));
 }
 
-/// Angle of the rotation from \p a to \p b [rad].
+/// Cosine of the angle of the rotation from \p a to \p b.
 double
-angleBetween(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b)
+cosineBetween(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b)
 {
-  return std::acos(std::clamp(((a.transpose() * b).trace() - 1) / 2, -1.0, 1.0));
+  return (a.cwiseProduct(b).sum() - 1) / 2; // trace(a^T b) = 1 + 2 cos
 }
 
 /// The rotation R that maximises trace(R^T M) for M = sum of w target source^T.
@@ -76,11 +76,12 @@ public:
   std::vector<Match>
   match(const Eigen::Matrix3d& R) const
   {
+    const double least_cos = std::cos(max_angle_) - 1e-9; // spares most pairs the exact angle
     std::vector<Match> pairs;
     for (std::size_t i = 0; i < source_.size(); ++i) {
       const Eigen::Vector3d rotated = R * source_[i].direction;
       for (std::size_t j = 0; j < target_.size(); ++j) {
-        if (rotated.dot(target_[j].direction) < 0 && max_angle_ < 1.5)
+        if (rotated.dot(target_[j].direction) < least_cos)
           continue;
         const double angle = angleBetween(rotated, target_[j].direction);
         if (angle <= max_angle_)
@@ -148,10 +149,11 @@ sortBySupport(std::vector<RotationCandidate>& candidates)
 std::vector<RotationCandidate>
 keepDistinct(const std::vector<RotationCandidate>& candidates, double angle)
 {
+  const double most_cos = std::cos(angle);
   std::vector<RotationCandidate> distinct;
   for (const RotationCandidate& candidate : candidates) {
     const bool known = std::any_of(distinct.begin(), distinct.end(), [&](const RotationCandidate& kept) {
-      return angleBetween(kept.R_target_source, candidate.R_target_source) < angle;
+      return cosineBetween(kept.R_target_source, candidate.R_target_source) > most_cos;
     });
     if (!known)
       distinct.push_back(candidate);
@@ -173,7 +175,20 @@ rotationFromPairs(const Eigen::Vector3d& source_a,
                   const Eigen::Vector3d& target_a,
                   const Eigen::Vector3d& target_b)
 {
-  return nearestRotation(target_a * source_a.transpose() + target_b * source_b.transpose());
+  // By symmetry the nearest rotation maps the bisectors of one pair onto those of the other.
+  const auto frame = [](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+    Eigen::Matrix3d axes;
+    axes.col(0) = (a + b).normalized();
+    axes.col(1) = (a - b).normalized();
+    axes.col(2) = axes.col(0).cross(axes.col(1));
+    return axes;
+  };
+  const auto isParallel = [](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+    return std::min((a + b).squaredNorm(), (a - b).squaredNorm()) < 1e-6;
+  };
+  if (isParallel(source_a, source_b) || isParallel(target_a, target_b))
+    return nearestRotation(target_a * source_a.transpose() + target_b * source_b.transpose());
+  return frame(target_a, target_b) * frame(source_a, source_b).transpose();
 }
 
 std::vector<RotationCandidate>

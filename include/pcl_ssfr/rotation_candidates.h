@@ -28,7 +28,7 @@ struct RotationCandidate {
                       ///< normalised to sum 1; ranks merged candidates, [0, 1]
 };
 
-/** \brief The rotation that best maps two source directions onto two target directions, by SVD (METHOD stage 8).
+/** \brief The rotation that best maps two source directions onto two target directions (METHOD stage 8).
  * Least squares over the two unit vectors; always proper (det = +1).
  */
 Eigen::Matrix3d
