@@ -89,7 +89,7 @@ struct Effort {
 };
 // Of 271 real pairs, all solved ones had a pose near the truth with 0.65 of the most votes; of 375 simulated ones, 373
 // with 0.4.
-constexpr Effort kEfforts[] = {{24, 80, 0.4, 12, 5, 8}, {60, 240, 0, 16, 8, 16}};
+constexpr Effort kEfforts[] = {{24, 80, 0.4, 8, 5, 8}, {60, 240, 0, 16, 8, 16}};
 
 unsigned
 workers(const Options& options)

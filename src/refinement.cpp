@@ -100,9 +100,12 @@ addInChunks(Eigen::Index count, int threads, NormalEquations& equations, const A
   const Eigen::Index chunks = (count + kChunk - 1) / kChunk;
   std::vector<NormalEquations> sums(static_cast<std::size_t>(chunks));
 #pragma omp parallel for schedule(dynamic, 1) num_threads(threads) if (threads > 1)
-  for (Eigen::Index k = 0; k < chunks; ++k)
+  for (Eigen::Index k = 0; k < chunks; ++k) {
+    NormalEquations sum; // not in its place: neighbours would share lines of the caches
     for (Eigen::Index i = k * kChunk; i < std::min(count, (k + 1) * kChunk); ++i)
-      add(i, sums[static_cast<std::size_t>(k)]);
+      add(i, sum);
+    sums[static_cast<std::size_t>(k)] = sum;
+  }
   for (const NormalEquations& sum : sums)
     equations += sum;
 }

@@ -3,10 +3,10 @@
 
 #pragma once
 
-/** \brief Before a function with loops over plain arrays: it is compiled for wider vectors too, and the processor chooses
- * when the library is loaded. The bits are the same: no fused multiply-add, no reordering.
+/** \brief Before a function with loops over plain arrays: it is compiled for wider vectors too, and the processor
+ * chooses when the library is loaded. The bits are the same: no fused multiply-add, no reordering.
  */
-#if defined(__GNUC__) && !defined(__clang__) && defined(__x86_64__) && defined(__gnu_linux__) &&                        \
+#if defined(__GNUC__) && !defined(__clang__) && defined(__x86_64__) && defined(__gnu_linux__) &&                       \
     !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 #define PCL_SSFR_VECTOR_CLONES __attribute__((target_clones("avx2", "default")))
 #else

@@ -23,11 +23,11 @@ struct PatchOptions {
 
 /// A scan as planar patches, and what fits no plane.
 struct PlanarPatches {
-  OrientedSamples samples;                 ///< centroid, normal, area and half width of each patch
-  Points3 majors;                          ///< unit direction of the largest extent, 3 x N
-  Eigen::VectorXd half_minors;             ///< half width across majors within the plane, N [m]
-  Eigen::VectorXd thickness;               ///< standard deviation across the plane, N [m]
-  std::vector<std::uint32_t> counts;       ///< thinned points of the patch, N
+  OrientedSamples samples;           ///< centroid, normal, area and half width of each patch
+  Points3 majors;                    ///< unit direction of the largest extent, 3 x N
+  Eigen::VectorXd half_minors;       ///< half width across majors within the plane, N [m]
+  Eigen::VectorXd thickness;         ///< standard deviation across the plane, N [m]
+  std::vector<std::uint32_t> counts; ///< thinned points of the patch, N
   std::vector<std::uint32_t>
       first_point;                    ///< its points are [first_point, first_point + counts) of the thinned cloud, N
   std::vector<std::uint32_t> clutter; ///< thinned points that are in no patch
