@@ -83,7 +83,7 @@ constexpr double kTypicalRadius[] = {1.5, 120}; // scenes of radii between these
 struct Effort {
   std::size_t rotations;
   std::size_t poses;    ///< refined, at most
-  double votes;         ///< of the best pose, that one must have to be refined
+  double votes;         ///< of the best pose, that one must have to be refined before the others
   std::size_t distinct; ///< refined finely, at most
   int peaks_first, peaks_second;
 };
@@ -313,9 +313,15 @@ public:
       if (rotations.empty() && !guess)
         return fail(Status::NoCandidate, "no rotation lays the main normals of the scans on each other");
       std::vector<PoseHypothesis> hypotheses = searchPoses(rotations, searchOptions(effort));
-      hypotheses.resize(promising(hypotheses, effort));
-      std::vector<JudgedPose> found = refineCoarsely(hypotheses, guess, effort);
+      hypotheses.resize(std::min(hypotheses.size(), effort.poses));
+      const auto few = hypotheses.begin() + static_cast<std::ptrdiff_t>(promising(hypotheses, effort));
+      std::vector<JudgedPose> found = refineCoarsely({hypotheses.begin(), few}, guess, effort);
       refineFinely(found);
+      if (few != hypotheses.end() && !isClear(found) && !outOfTime()) {
+        std::vector<JudgedPose> others = refineCoarsely({few, hypotheses.end()}, nullptr, effort);
+        refineFinely(others);
+        found.insert(found.end(), others.begin(), others.end());
+      }
       // What the first effort found is forgotten only for the whole of the second.
       if (outOfTime() || found.empty())
         found.insert(found.end(), poses.begin(), poses.end());
@@ -631,7 +637,17 @@ private:
     return poses;
   }
 
-  /// How many of the poses, which are sorted by their votes, are worth a refinement.
+  /// Whether the first of the poses explains the scans so well that what had few votes need not be looked at.
+  static bool
+  isClear(const std::vector<JudgedPose>& poses)
+  {
+    if (poses.empty())
+      return false;
+    const JudgedPose& best = poses.front();
+    return best.score > kClearScore && best.score * best.evidence.total > kClearShare * best.evidence.matched;
+  }
+
+  /// How many of the poses, which are sorted by their votes, are refined first.
   static std::size_t
   promising(const std::vector<PoseHypothesis>& poses, const Effort& effort)
   {
@@ -1053,6 +1069,8 @@ private:
   static constexpr double kKeptScore =
       0.9; // share of the score that a refinement, which makes the pose more exact, may cost
   static constexpr std::size_t kFirstRotations = 6;
+  static constexpr double kClearScore = 0.3;
+  static constexpr double kClearShare = 0.65; // of the matched surface, that contradictions leave of the score
   static constexpr std::size_t kSweepAxes = 2;
   static constexpr int kSweepSteps = 80;        // 4.5 degrees: half of it is well within reach of the refinement
   static constexpr double kPolishLateral = 0.1; // [m] at scale 1
