@@ -35,17 +35,21 @@ constexpr double kFirstCell = 0.08;  // [rad]
 constexpr double kFirstShare = 0.25; // of all places, which is judged again
 constexpr Eigen::Index kCoarsePoints = 6000;
 constexpr double kCoarseCell = 0.04; // [rad]
+constexpr Eigen::Index kMiddlePoints = 12000;
+constexpr double kMiddleCell = 0.032; // [rad]
 constexpr Eigen::Index kFinePoints = 40000;
-constexpr double kFineCell = 0.0175;    // [rad]
-constexpr double kPlaceStep = 1;        // [m] at scale 1, of the grid of places
-constexpr double kMaxPlaces = 1500;     // else the grid is wider
-constexpr std::size_t kMinPlaces = 100; // are judged again
-constexpr std::size_t kClimbs = 6;      // from the best places
-constexpr std::size_t kFineClimbs = 3;  // go on with many points
-constexpr double kFirstFineStep = 0.3;  // [m] at scale 1
-constexpr double kLastFineStep = 0.05;  // [m] at scale 1
-constexpr double kPlaceRatio = 1.25;    // of two depths, to judge places
-constexpr double kTwoDepthPenalty = 10; // of a direction with two depths, in directions that see something
+constexpr double kFineCell = 0.0175;     // [rad]
+constexpr double kPlaceStep = 1;         // [m] at scale 1, of the grid of places
+constexpr double kMaxPlaces = 1500;      // else the grid is wider
+constexpr std::size_t kMinPlaces = 100;  // are judged again
+constexpr std::size_t kClimbs = 6;       // from the best places
+constexpr std::size_t kMiddleClimbs = 3; // go on with more points, ...
+constexpr std::size_t kFineClimbs = 2;   // go on with many points
+constexpr double kFirstMiddleStep = 0.3; // [m] at scale 1
+constexpr double kFirstFineStep = 0.1;   // [m] at scale 1
+constexpr double kLastFineStep = 0.05;   // [m] at scale 1
+constexpr double kPlaceRatio = 1.25;     // of two depths, to judge places
+constexpr double kTwoDepthPenalty = 10;  // of a direction with two depths, in directions that see something
 // Returns crowd around a sensor: their mean log range from it is near the least of all places (80 scans: within 0.25).
 constexpr double kMaxRemoteness = 0.25;
 // At the best place of 80 single scans, those of a sparse street aside, the score was 0.09 of the points and more, and
@@ -375,6 +379,8 @@ findViewpoint(const Eigen::Matrix3Xf& points,
     std::stable_sort(best.begin(), best.end(), [](const Place& a, const Place& b) { return a.score > b.score; });
   };
   climbAll(coarse, kCoarseCell, 0.5 * step, 0.25 * step);
+  best.resize(std::min(best.size(), kMiddleClimbs));
+  climbAll(drawPoints(points, kMiddlePoints), kMiddleCell, kFirstMiddleStep * scale, kFirstFineStep * scale);
   best.resize(std::min(best.size(), kFineClimbs));
   const Eigen::Matrix3Xf fine = drawPoints(points, kFinePoints);
   climbAll(fine, kFineCell, kFirstFineStep * scale, kLastFineStep * scale);
