@@ -140,6 +140,39 @@ TEST(PatchIndex, MasksOfUnorientedPatchesHoldBothSides)
   EXPECT_NE(mask >> directionClass(-Eigen::Vector3f::UnitX()) & 1, 0U);
 }
 
+TEST(PatchIndexCount, IsTheMaskOfEachProbe)
+{
+  // Any number of probes, inside, outside and nowhere, moved anywhere: one by one with mask() it is the same number.
+  const PatchIndex index(testing::randomPatches(500, 4, 1, 5), 0.4);
+  testing::Random random(6);
+  PatchIndex::Probes probes;
+  std::vector<Eigen::Vector3f> places, normals;
+  for (int i = 0; i < 300; ++i) {
+    places.emplace_back(
+        Eigen::Vector3d(random.uniform(-5, 5), random.uniform(-5, 5), random.uniform(-5, 5)).cast<float>());
+    normals.emplace_back(testing::randomRotation(random).col(0).cast<float>());
+  }
+  places[7].x() = kNan;
+  places[8].y() = kInf;
+  places[9].z() = -kMaxFloat;
+  for (std::size_t i = 0; i < places.size(); ++i)
+    probes.add(places[i], normals[i]);
+  int total = 0;
+  for (int k = 0; k < 40; ++k) {
+    const Eigen::Vector3f t =
+        Eigen::Vector3d(random.uniform(-3, 3), random.uniform(-3, 3), random.uniform(-3, 3)).cast<float>();
+    const auto begin = static_cast<std::size_t>(3 * k),
+               end = std::min(places.size(), begin + 7 * static_cast<std::size_t>(k));
+    int expected = 0;
+    for (std::size_t i = begin; i < end; ++i)
+      expected += (index.mask(places[i] + t) >> directionClass(normals[i]) & 1) != 0;
+    EXPECT_EQ(index.countFacing(probes, begin, end, t), expected) << k;
+    total += expected;
+  }
+  EXPECT_GT(total, 100); // there was something to count
+  EXPECT_EQ(PatchIndex().countFacing(probes, 0, places.size(), Eigen::Vector3f::Zero()), 0);
+}
+
 /// Against a loop over all patches. A patch is found at least from the voxels that lie wholly within its reach, and at
 /// most from those that touch it.
 TEST(PatchIndex, AgreesWithLoopOverAllPatches)

@@ -107,6 +107,20 @@ TEST_F(PoseSearch, AWrongRotationScoresLess)
   EXPECT_LT(turned[0].score, best - 0.1);
 }
 
+TEST_F(PoseSearch, VotesElsewhereSpareWhatIsHopeless)
+{
+  PoseSearchOptions options;
+  const auto free = search(truth_.linear(), options);
+  options.rival_votes = free[0].votes;
+  const auto rivalled = search(truth_.linear(), options);
+  ASSERT_FALSE(rivalled.empty());
+  EXPECT_TRUE(rivalled[0].T_target_source.isApprox(free[0].T_target_source, 0));
+  EXPECT_EQ(rivalled[0].score, free[0].score);
+  EXPECT_LE(rivalled.size(), free.size());
+  options.rival_votes = 4 * free[0].votes; // nothing reaches half of that
+  EXPECT_TRUE(search(truth_.linear(), options).empty());
+}
+
 TEST_F(PoseSearch, ResultsAreDistinctSortedAndBounded)
 {
   PoseSearchOptions options;
