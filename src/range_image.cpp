@@ -127,6 +127,27 @@ depthSpans(const Eigen::Matrix3Xf& points,
   return spans;
 }
 
+/// Directions in which something is seen, and in which two depths are.
+struct DirectionCounts {
+  int occupied = 0;
+  int two_depths = 0;
+};
+
+PCL_SSFR_VECTOR_CLONES DirectionCounts
+countDirections(const std::vector<DepthSpan>& spans, double ratio, double margin)
+{
+  const DepthSpan* const first = spans.data();
+  const std::size_t n = spans.size();
+  int occupied = 0;
+  int two_depths = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    occupied += static_cast<int>(first[i].nearest > 0);
+    two_depths += static_cast<int>(static_cast<double>(first[i].farthest) >
+                                   ratio * static_cast<double>(first[i].nearest) + margin);
+  }
+  return {occupied, two_depths};
+}
+
 /// Directions in which something is seen.
 double
 occupiedCells(const std::vector<DepthSpan>& spans)
@@ -163,12 +184,8 @@ drawPoints(const Eigen::Matrix3Xf& points, Eigen::Index most)
 double
 placeScore(const Eigen::Matrix3Xf& points, const Eigen::Vector3f& place, const DirectionGrid& grid, double margin)
 {
-  double score = 0;
-  for (const DepthSpan& span : depthSpans(points, place, grid)) {
-    score += span.nearest > 0;
-    score -= span.farthest > kPlaceRatio * span.nearest + margin ? kTwoDepthPenalty : 0;
-  }
-  return score;
+  const DirectionCounts counts = countDirections(depthSpans(points, place, grid), kPlaceRatio, margin);
+  return counts.occupied - kTwoDepthPenalty * counts.two_depths;
 }
 
 /// Mean logarithm of the ranges from \p place; ranges below \p margin [m] do not count much.
