@@ -127,7 +127,7 @@ PatchIndex::PatchIndex(const PlanarPatches& patches, double voxel, std::size_t m
   std::uint32_t used = 1;
   for (const Plane& plane : planes_) {
     rasterise(plane, [&](int x, int y, int z) {
-      std::uint32_t& block = blocks_[blockOf(x, y, z)];
+      std::uint32_t& block = blocks_[static_cast<std::size_t>(blockOf(x, y, z))];
       if (block == 0)
         block = used++;
       voxels.push_back(static_cast<std::uint32_t>(voxelOf(x, y, z)));
@@ -171,7 +171,6 @@ PatchIndex::countFacing(const Probes& probes, std::size_t begin, std::size_t end
   const float ox = origin_.x(), oy = origin_.y(), oz = origin_.z();
   const float lx = last.x(), ly = last.y(), lz = last.z();
   const float inverse = inverse_voxel_;
-  const int row = block_dims_.x(), layer = block_dims_.x() * block_dims_.y();
   int facing = 0;
   for (std::size_t first = begin; first < end; first += kLanes) {
     const std::size_t n = std::min(kLanes, end - first);
@@ -187,8 +186,8 @@ PatchIndex::countFacing(const Probes& probes, std::size_t begin, std::size_t end
       const int u = inside[i] ? static_cast<int>(x) : 0;
       const int v = inside[i] ? static_cast<int>(y) : 0;
       const int w = inside[i] ? static_cast<int>(z) : 0;
-      block[i] = (w >> kBlockBits) * layer + (v >> kBlockBits) * row + (u >> kBlockBits);
-      voxel[i] = ((w & kBlockMask) << (2 * kBlockBits)) | ((v & kBlockMask) << kBlockBits) | (u & kBlockMask);
+      block[i] = blockOf(u, v, w);
+      voxel[i] = voxelInBlock(u, v, w);
     }
     for (std::size_t i = 0; i < n; ++i) {
       const std::size_t v =

@@ -934,11 +934,12 @@ private:
   conclude(std::vector<JudgedPose>& poses)
   {
     const auto listed =
-        static_cast<std::int64_t>(std::min(poses.size(), static_cast<std::size_t>(options_.max_candidates)));
-#pragma omp parallel for schedule(dynamic, 1) num_threads(threads_)
-    for (std::int64_t i = 0; i < listed; ++i)
-      if (i == 0 || !outOfTime())
-        measureTightness(poses[static_cast<std::size_t>(i)]);
+        static_cast<std::ptrdiff_t>(std::min(poses.size(), static_cast<std::size_t>(options_.max_candidates)));
+    forEachPose(poses, [&](JudgedPose& pose) {
+      const std::ptrdiff_t rank = &pose - poses.data();
+      if (rank == 0 || (rank < listed && !outOfTime()))
+        measureTightness(pose);
+    });
     result_.candidates.clear();
     for (auto pose = poses.begin(); pose != poses.begin() + listed; ++pose)
       result_.candidates.push_back(makeCandidate(*pose));

@@ -15,7 +15,6 @@ namespace pcl_ssfr {
 
 namespace {
 
-constexpr double kHalfWidth = 1.7320508075688772; // of a uniformly covered interval, in standard deviations
 constexpr double kLineWidth = 1e-3; // of the length: points that spread less across are a line, which has no normal
 
 CellMoments&

@@ -148,6 +148,13 @@ public:
     return index_.countFacing(probes_, screened_, probes_.x.size(), t);
   }
 
+  /// Votes for the translation among all.
+  int
+  votesFor(const Eigen::Vector3f& t) const
+  {
+    return index_.countFacing(probes_, 0, probes_.x.size(), t);
+  }
+
   /// Samples that hang in the free space of the target.
   int
   votesAgainst(const Eigen::Vector3f& t) const
@@ -367,18 +374,19 @@ searchTranslations(const OrientedSamples& source,
       // counting.
       std::fill(counts.begin(), counts.end(), 0);
       const auto countAt = [&](int s) {
-        if (s >= shifts || counts[static_cast<std::size_t>(s)] > 0)
+        if (s < 0 || s >= shifts || counts[static_cast<std::size_t>(s)] > 0)
           return;
-        const Eigen::Vector3f t = base + static_cast<float>(s) * step;
-        counts[static_cast<std::size_t>(s)] = ballot.screenedVotesFor(t) + ballot.otherVotesFor(t);
+        counts[static_cast<std::size_t>(s)] = ballot.votesFor(base + static_cast<float>(s) * step);
       };
       for (int s = 0; s < shifts; s += 2) {
-        const int screened = ballot.screenedVotesFor(base + static_cast<float>(s) * step);
+        const Eigen::Vector3f t = base + static_cast<float>(s) * step;
+        const int screened = ballot.screenedVotesFor(t);
         best_screened = std::max(best_screened, screened);
         if (screened < kScreeningShare * best_screened)
           continue;
-        for (int k = std::max(0, s - 1); k <= s + 1; ++k)
-          countAt(k);
+        counts[static_cast<std::size_t>(s)] = screened + ballot.otherVotesFor(t);
+        countAt(s - 1);
+        countAt(s + 1);
       }
       for (int s = 0; s < shifts; ++s) {
         const int count = counts[static_cast<std::size_t>(s)];

@@ -127,10 +127,11 @@ depthSpans(const Eigen::Matrix3Xf& points,
   return spans;
 }
 
-/// Directions in which something is seen, and in which two depths are.
+/// In how many directions something is seen.
 struct DirectionCounts {
-  int occupied = 0;
-  int two_depths = 0;
+  int occupied = 0;   ///< something is seen
+  int several = 0;    ///< at several ranges
+  int two_depths = 0; ///< the farthest is beyond a ratio of the nearest and a margin
 };
 
 PCL_SSFR_VECTOR_CLONES DirectionCounts
@@ -139,33 +140,22 @@ countDirections(const std::vector<DepthSpan>& spans, double ratio, double margin
   const DepthSpan* const first = spans.data();
   const std::size_t n = spans.size();
   int occupied = 0;
+  int several = 0;
   int two_depths = 0;
   for (std::size_t i = 0; i < n; ++i) {
     occupied += static_cast<int>(first[i].nearest > 0);
+    several += static_cast<int>(first[i].farthest > first[i].nearest);
     two_depths += static_cast<int>(static_cast<double>(first[i].farthest) >
                                    ratio * static_cast<double>(first[i].nearest) + margin);
   }
-  return {occupied, two_depths};
-}
-
-/// Directions in which something is seen.
-double
-occupiedCells(const std::vector<DepthSpan>& spans)
-{
-  return static_cast<double>(
-      std::count_if(spans.begin(), spans.end(), [](const DepthSpan& span) { return span.nearest > 0; }));
+  return {occupied, several, two_depths};
 }
 
 double
 twoDepthShare(const std::vector<DepthSpan>& spans, double margin)
 {
-  std::size_t several = 0;
-  std::size_t two_depths = 0;
-  for (const DepthSpan& span : spans) {
-    several += span.farthest > span.nearest;
-    two_depths += span.farthest > kDepthRatio * span.nearest + margin;
-  }
-  return several ? static_cast<double>(two_depths) / static_cast<double>(several) : 0;
+  const DirectionCounts counts = countDirections(spans, kDepthRatio, margin);
+  return counts.several ? static_cast<double>(counts.two_depths) / counts.several : 0;
 }
 
 /// At most \p most of the points, evenly drawn in their order.
@@ -288,7 +278,10 @@ isPlausibleViewpoint(const Eigen::Matrix3Xf& points,
   const Eigen::Vector3f centroid = points.cast<double>().rowwise().mean().cast<float>();
   const DirectionGrid grid(kViewpointCell);
   const std::vector<DepthSpan> spans = depthSpans(points, viewpoint, grid, deadline);
-  if (occupiedCells(spans) < kMinSpread * occupiedCells(depthSpans(points, centroid, grid, deadline)))
+  const auto occupied = [&](const std::vector<DepthSpan>& seen) {
+    return countDirections(seen, kDepthRatio, margin).occupied;
+  };
+  if (occupied(spans) < kMinSpread * occupied(depthSpans(points, centroid, grid, deadline)))
     return false;
 
   const double here = twoDepthShare(spans, margin);

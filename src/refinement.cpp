@@ -17,8 +17,7 @@ namespace {
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 
-constexpr double kFreeMotion = 1e-6;              // eigenvalues below this share of the largest are motions left free
-constexpr double kHalfWidth = 1.7320508075688772; // of a uniformly covered interval, in standard deviations
+constexpr double kFreeMotion = 1e-6;  // eigenvalues below this share of the largest are motions left free
 constexpr double kKeptMatches = 0.02; // of the final distance: motion of the pose that leaves the matches as they are
 constexpr double kLeverArm = 5;       // [m] makes rotations and translations comparable in the eigenvalue test
 

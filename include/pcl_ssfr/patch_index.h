@@ -140,14 +140,18 @@ private:
   std::int64_t
   voxelOf(int x, int y, int z) const
   {
-    return (static_cast<std::int64_t>(blocks_[blockOf(x, y, z)]) << (3 * kBlockBits)) |
-           ((z & kBlockMask) << (2 * kBlockBits)) | ((y & kBlockMask) << kBlockBits) | (x & kBlockMask);
+    const std::uint32_t block = blocks_[static_cast<std::size_t>(blockOf(x, y, z))];
+    return (static_cast<std::int64_t>(block) << (3 * kBlockBits)) | voxelInBlock(x, y, z);
   }
-  std::size_t
+  int
   blockOf(int x, int y, int z) const
   {
-    return static_cast<std::size_t>(((z >> kBlockBits) * block_dims_.y() + (y >> kBlockBits)) * block_dims_.x() +
-                                    (x >> kBlockBits));
+    return ((z >> kBlockBits) * block_dims_.y() + (y >> kBlockBits)) * block_dims_.x() + (x >> kBlockBits);
+  }
+  static int
+  voxelInBlock(int x, int y, int z)
+  {
+    return ((z & kBlockMask) << (2 * kBlockBits)) | ((y & kBlockMask) << kBlockBits) | (x & kBlockMask);
   }
   template <typename Visit>
   void

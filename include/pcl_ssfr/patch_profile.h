@@ -63,7 +63,7 @@ struct PatchSearch {
   std::vector<MainNormal> target_normals;
   std::vector<RotationCandidate> rotations; ///< that were tried, best first
   std::vector<PoseHypothesis> poses; ///< found under all of them, best first; between PatchScan::origin of both scans
-  std::size_t refined = 0;           ///< so many of the poses go on to the refinement
+  std::size_t refined = 0; ///< so many of the poses are refined first; others follow unless one of them is clear
 };
 
 /** \brief Stages 6 to 12 once more: one entry for each effort that a registration may make, in their order, without a

@@ -21,6 +21,8 @@ struct PatchOptions {
   int split_above = 0;        ///< split even plane cells that hold more thinned points than this; 0: never
 };
 
+constexpr double kHalfWidth = 1.7320508075688772; ///< of an evenly covered interval, in standard deviations
+
 /// A scan as planar patches, and what fits no plane.
 struct PlanarPatches {
   OrientedSamples samples;           ///< centroid, normal, area and half width of each patch
