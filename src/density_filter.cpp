@@ -3,9 +3,12 @@
 
 #include <pcl_ssfr/density_filter.h>
 
+#include "vector_clones.h"
+
 #include <Eigen/Eigenvalues>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <numeric>
@@ -16,8 +19,58 @@ namespace {
 
 /// Rounding slack of the test "this box lies wholly inside the sphere", relative to the squared radius.
 constexpr double kInsideSlack = 1e-12;
-constexpr Eigen::Index kLeafSize = 12;
+constexpr std::size_t kLeafSize = 32;
 constexpr Eigen::Index kQueriesPerLook = 64; // between two looks at the clock
+
+/** \brief exp(-t) for t in [0, 4], within 1e-12 of its value: without a call and without a branch, for loops that
+ * become vectors. The series of the sixteenth part, to the sixteenth power.
+ */
+[[gnu::always_inline]] inline double
+expOfMinus(double t)
+{
+  const double u = -t / 16; // [-0.25, 0]
+  double series = 1 + u * (1.0 / 10);
+  series = 1 + u * (1.0 / 9) * series;
+  series = 1 + u / 8 * series;
+  series = 1 + u * (1.0 / 7) * series;
+  series = 1 + u * (1.0 / 6) * series;
+  series = 1 + u * (1.0 / 5) * series;
+  series = 1 + u / 4 * series;
+  series = 1 + u * (1.0 / 3) * series;
+  series = 1 + u / 2 * series;
+  series = 1 + u * series;
+  series *= series;
+  series *= series;
+  series *= series;
+  return series * series;
+}
+
+/// Sum of weight * exp(-4 d^2 / r^2) over \p n points within the radius, at most kLeafSize.
+PCL_SSFR_VECTOR_CLONES double
+sumGaussians(const double* x,
+             const double* y,
+             const double* z,
+             const double* weights,
+             std::size_t n,
+             const Eigen::Vector3d& query,
+             double squared_radius)
+{
+  constexpr std::size_t kGroup = 8; // sums whose order does not depend on the width of the processor's vectors
+  std::array<double, kLeafSize> terms{};
+  const double qx = query.x(), qy = query.y(), qz = query.z();
+  const double factor = 4 / squared_radius;
+  for (std::size_t i = 0; i < n; ++i) {
+    const double dx = x[i] - qx, dy = y[i] - qy, dz = z[i] - qz;
+    const double squared = dx * dx + dy * dy + dz * dz;
+    const double weight = squared <= squared_radius ? weights[i] : 0;
+    terms[i] = weight * expOfMinus(std::min(squared, squared_radius) * factor);
+  }
+  std::array<double, kGroup> sums{};
+  for (std::size_t i = 0; i < kLeafSize; i += kGroup)
+    for (std::size_t k = 0; k < kGroup; ++k)
+      sums[k] += terms[i + k];
+  return ((sums[0] + sums[4]) + (sums[1] + sums[5])) + ((sums[2] + sums[6]) + (sums[3] + sums[7]));
+}
 
 /** \brief Tree of tight boxes over weighted points: exact weight sums in spheres without visiting the points of boxes
  * that lie wholly inside, so that a sum costs the boundary of the sphere and not its content.
@@ -29,10 +82,10 @@ public:
     std::iota(order_.begin(), order_.end(), Eigen::Index(0));
     if (!order_.empty())
       build(set, 0, set.size());
-    points_.resize(3, set.size());
+    points_.resize(set.size(), 3);
     weights_.resize(set.size());
     for (Eigen::Index i = 0; i < set.size(); ++i) {
-      points_.col(i) = set.directions.col(order_[static_cast<std::size_t>(i)]);
+      points_.row(i) = set.directions.col(order_[static_cast<std::size_t>(i)]).transpose();
       weights_[i] = set.weights[order_[static_cast<std::size_t>(i)]];
     }
   }
@@ -46,7 +99,7 @@ public:
   Eigen::Vector3d
   point(Eigen::Index i) const
   {
-    return points_.col(i);
+    return points_.row(i).transpose();
   }
 
   /// Weight of the points within \p radius of \p query.
@@ -87,7 +140,7 @@ private:
     }
     Eigen::Index axis = 0;
     const double width = (node.upper - node.lower).maxCoeff(&axis);
-    if (end - begin > kLeafSize && width > 0) {
+    if (end - begin > static_cast<Eigen::Index>(kLeafSize) && width > 0) {
       const Eigen::Index middle = begin + (end - begin) / 2;
       std::nth_element(
           order_.begin() + begin, order_.begin() + middle, order_.begin() + end, [&](Eigen::Index a, Eigen::Index b) {
@@ -124,7 +177,7 @@ private:
       return weightWithin(index + 1, query, squared_radius) + weightWithin(node.right, query, squared_radius);
     double sum = 0;
     for (Eigen::Index i = node.begin; i < node.end; ++i)
-      if ((points_.col(i) - query).squaredNorm() <= squared_radius)
+      if ((point(i) - query).squaredNorm() <= squared_radius)
         sum += weights_[i];
     return sum;
   }
@@ -137,18 +190,21 @@ private:
       return 0;
     if (node.right != 0)
       return gaussianWithin(index + 1, query, squared_radius) + gaussianWithin(node.right, query, squared_radius);
-    double sum = 0;
-    for (Eigen::Index i = node.begin; i < node.end; ++i) {
-      const double squared = (points_.col(i) - query).squaredNorm();
-      if (squared <= squared_radius)
-        sum += weights_[i] * std::exp(-4 * squared / squared_radius);
-    }
+    double sum = 0; // points that coincide share a leaf however many they are
+    for (Eigen::Index i = node.begin; i < node.end; i += static_cast<Eigen::Index>(kLeafSize))
+      sum += sumGaussians(points_.col(0).data() + i,
+                          points_.col(1).data() + i,
+                          points_.col(2).data() + i,
+                          weights_.data() + i,
+                          std::min(kLeafSize, static_cast<std::size_t>(node.end - i)),
+                          query,
+                          squared_radius);
     return sum;
   }
 
   std::vector<Eigen::Index> order_;
   std::vector<Node> nodes_;
-  Points3 points_;
+  Eigen::MatrixX3d points_; ///< N x 3: the coordinates of neighbours lie side by side
   Eigen::VectorXd weights_;
 };
 

@@ -65,25 +65,41 @@ void
 PatchIndex::rasterise(const Plane& plane, const Visit& visit) const
 {
   const auto reach = static_cast<float>(kReach * voxel_);
-  const Eigen::Vector3f minor = plane.normal.cross(plane.major);
-  const Eigen::Array3f half = plane.major.array().abs() * (plane.half_major + reach) +
-                              minor.array().abs() * (plane.half_minor + reach) + plane.normal.array().abs() * reach;
-  const Eigen::Array3f centre = plane.centroid.array() - origin_.array();
+  const auto edge = static_cast<float>(voxel_);
+  const Eigen::Array4f most = plane.halves + reach; // along the axes of the patch
+  Eigen::Array3f half;                              // of the box around it
+  for (int axis = 0; axis < 3; ++axis) {
+    const Eigen::Array4f& row = axis == 0 ? plane.x : axis == 1 ? plane.y : plane.z;
+    half[axis] = (row.abs() * most).head<3>().sum();
+  }
+  const Eigen::Array3f centre = plane.column(3).array() - origin_.array();
   const Eigen::Array3f first = ((centre - half) * inverse_voxel_).floor().max(0.f);
   const Eigen::Array3f last = ((centre + half) * inverse_voxel_).floor().min((dims_.array() - 1).cast<float>());
   if (!(first <= last).all()) // also where float has no numbers for it
     return;
   const Eigen::Array3i low = first.cast<int>();
   const Eigen::Array3i high = last.cast<int>();
+  // Along a row of voxels, each axis of the patch bounds an interval of them.
+  const Eigen::Array4f inverse_slope = (edge * plane.x).inverse();
+  const float x = 0.5f * edge - centre.x();
   for (int z = low.z(); z <= high.z(); ++z)
-    for (int y = low.y(); y <= high.y(); ++y)
-      for (int x = low.x(); x <= high.x(); ++x) {
-        const Eigen::Vector3f d =
-            (Eigen::Array3i(x, y, z).cast<float>() + 0.5f).matrix() * static_cast<float>(voxel_) - centre.matrix();
-        if (std::abs(d.dot(plane.normal)) <= reach && std::abs(d.dot(plane.major)) <= plane.half_major + reach &&
-            std::abs(d.dot(minor)) <= plane.half_minor + reach)
-          visit(x, y, z);
+    for (int y = low.y(); y <= high.y(); ++y) {
+      const Eigen::Array4f start = x * plane.x + ((static_cast<float>(y) + 0.5f) * edge - centre.y()) * plane.y +
+                                   ((static_cast<float>(z) + 0.5f) * edge - centre.z()) * plane.z;
+      const Eigen::Array4f one = (-most - start) * inverse_slope;
+      const Eigen::Array4f other = (most - start) * inverse_slope;
+      float from = first.x();
+      float to = last.x();
+      for (int k = 0; k < 3; ++k) {
+        // Where an axis is across the row and its bound is met exactly there is no number, and no bound.
+        const float lower = std::min(one[k], other[k]);
+        const float upper = std::max(one[k], other[k]);
+        from = lower > from ? lower : from;
+        to = upper < to ? upper : to;
       }
+      if (from <= to)
+        visit(static_cast<int>(std::ceil(from)), static_cast<int>(std::floor(to)), y, z);
+    }
 }
 
 PatchIndex::PatchIndex(const PlanarPatches& patches, double voxel, std::size_t max_voxels)
@@ -96,12 +112,16 @@ PatchIndex::PatchIndex(const PlanarPatches& patches, double voxel, std::size_t m
   Eigen::Vector3d high = patches.samples.points.rowwise().maxCoeff();
   for (Eigen::Index i = 0; i < n; ++i) {
     Plane& plane = planes_[static_cast<std::size_t>(i)];
-    plane.centroid = patches.samples.points.col(i).cast<float>();
-    plane.normal = patches.samples.normals.col(i).cast<float>();
-    plane.major = patches.majors.col(i).cast<float>();
-    plane.half_major = static_cast<float>(patches.samples.extents[i]);
-    plane.half_minor = static_cast<float>(patches.half_minors[i]);
-    plane.inverse_count = 1.f / static_cast<float>(std::max(patches.counts[static_cast<std::size_t>(i)], 1u));
+    Eigen::Matrix3f frame;
+    frame.col(0) = patches.samples.normals.col(i).cast<float>();
+    frame.col(1) = patches.majors.col(i).cast<float>();
+    frame.col(2) = frame.col(0).cross(frame.col(1));
+    const Eigen::Vector3f centroid = patches.samples.points.col(i).cast<float>();
+    plane.x << frame.row(0).transpose(), centroid.x();
+    plane.y << frame.row(1).transpose(), centroid.y();
+    plane.z << frame.row(2).transpose(), centroid.z();
+    plane.halves << 0.f, static_cast<float>(patches.samples.extents[i]), static_cast<float>(patches.half_minors[i]),
+        1.f / static_cast<float>(std::max(patches.counts[static_cast<std::size_t>(i)], 1u));
   }
   const double margin = voxel + patches.samples.extents.maxCoeff();
   low.array() -= margin;
@@ -126,11 +146,13 @@ PatchIndex::PatchIndex(const PlanarPatches& patches, double voxel, std::size_t m
   ends.reserve(planes_.size());
   std::uint32_t used = 1;
   for (const Plane& plane : planes_) {
-    rasterise(plane, [&](int x, int y, int z) {
-      std::uint32_t& block = blocks_[static_cast<std::size_t>(blockOf(x, y, z))];
-      if (block == 0)
-        block = used++;
-      voxels.push_back(static_cast<std::uint32_t>(voxelOf(x, y, z)));
+    rasterise(plane, [&](int x_first, int x_last, int y, int z) {
+      for (int x = x_first; x <= x_last; ++x) {
+        std::uint32_t& block = blocks_[static_cast<std::size_t>(blockOf(x, y, z))];
+        if (block == 0)
+          block = used++;
+        voxels.push_back((block << (3 * kBlockBits)) | static_cast<std::uint32_t>(voxelInBlock(x, y, z)));
+      }
     });
     ends.push_back(voxels.size());
   }
@@ -139,9 +161,9 @@ PatchIndex::PatchIndex(const PlanarPatches& patches, double voxel, std::size_t m
   starts_.assign(size + 1, 0);
   std::size_t at = 0;
   for (std::size_t i = 0; i < planes_.size(); ++i) {
-    std::uint64_t bits = directionClassesNear(planes_[i].normal, kClassRadius);
+    std::uint64_t bits = directionClassesNear(planes_[i].column(0), kClassRadius);
     if (!patches.samples.oriented)
-      bits |= directionClassesNear(-planes_[i].normal, kClassRadius);
+      bits |= directionClassesNear(-planes_[i].column(0), kClassRadius);
     for (; at < ends[i]; ++at) {
       masks_[voxels[at]] |= bits;
       ++starts_[voxels[at] + 1];
@@ -157,76 +179,100 @@ PatchIndex::PatchIndex(const PlanarPatches& patches, double voxel, std::size_t m
       entries_[next[voxels[at]]++] = static_cast<std::uint32_t>(i);
 }
 
-PCL_SSFR_VECTOR_CLONES int
-PatchIndex::countFacing(const Probes& probes, std::size_t begin, std::size_t end, const Eigen::Vector3f& t) const
+inline void
+PatchIndex::locate(
+    const float* x, const float* y, const float* z, std::size_t n, const Eigen::Vector3f& t, Located& located) const
 {
-  if (empty())
-    return 0;
-  constexpr std::size_t kLanes = 32;
-  std::array<std::int32_t, kLanes> block;
-  std::array<std::int32_t, kLanes> voxel;
-  std::array<std::int32_t, kLanes> inside; // 1 or 0
   const Eigen::Array3f last = dims_.cast<float>();
   const float tx = t.x(), ty = t.y(), tz = t.z();
   const float ox = origin_.x(), oy = origin_.y(), oz = origin_.z();
   const float lx = last.x(), ly = last.y(), lz = last.z();
   const float inverse = inverse_voxel_;
+  for (std::size_t i = 0; i < n; ++i) {
+    const float u = (x[i] + tx - ox) * inverse;
+    const float v = (y[i] + ty - oy) * inverse;
+    const float w = (z[i] + tz - oz) * inverse;
+    const int inside = static_cast<int>(u >= 0) & static_cast<int>(u < lx) & static_cast<int>(v >= 0) &
+                       static_cast<int>(v < ly) & static_cast<int>(w >= 0) & static_cast<int>(w < lz);
+    const int a = inside ? static_cast<int>(u) : 0;
+    const int b = inside ? static_cast<int>(v) : 0;
+    const int c = inside ? static_cast<int>(w) : 0;
+    located.inside[i] = inside;
+    located.block[i] = blockOf(a, b, c);
+    located.voxel[i] = voxelInBlock(a, b, c);
+  }
+}
+
+PCL_SSFR_VECTOR_CLONES int
+PatchIndex::countFacing(const Probes& probes, std::size_t begin, std::size_t end, const Eigen::Vector3f& t) const
+{
+  if (empty())
+    return 0;
+  Located located;
   int facing = 0;
-  for (std::size_t first = begin; first < end; first += kLanes) {
-    const std::size_t n = std::min(kLanes, end - first);
-    const float* const px = probes.x.data() + first;
-    const float* const py = probes.y.data() + first;
-    const float* const pz = probes.z.data() + first;
-    for (std::size_t i = 0; i < n; ++i) {
-      const float x = (px[i] + tx - ox) * inverse;
-      const float y = (py[i] + ty - oy) * inverse;
-      const float z = (pz[i] + tz - oz) * inverse;
-      inside[i] = static_cast<int>(x >= 0) & static_cast<int>(x < lx) & static_cast<int>(y >= 0) &
-                  static_cast<int>(y < ly) & static_cast<int>(z >= 0) & static_cast<int>(z < lz);
-      const int u = inside[i] ? static_cast<int>(x) : 0;
-      const int v = inside[i] ? static_cast<int>(y) : 0;
-      const int w = inside[i] ? static_cast<int>(z) : 0;
-      block[i] = blockOf(u, v, w);
-      voxel[i] = voxelInBlock(u, v, w);
-    }
-    for (std::size_t i = 0; i < n; ++i) {
-      const std::size_t v =
-          (static_cast<std::size_t>(blocks_[static_cast<std::size_t>(block[i])]) << (3 * kBlockBits)) |
-          static_cast<std::size_t>(voxel[i]);
-      facing += static_cast<int>((masks_[v] & probes.direction[first + i]) != 0) & inside[i];
-    }
+  for (std::size_t first = begin; first < end; first += Located::kSize) {
+    const std::size_t n = std::min(Located::kSize, end - first);
+    locate(probes.x.data() + first, probes.y.data() + first, probes.z.data() + first, n, t, located);
+    for (std::size_t i = 0; i < n; ++i)
+      facing += static_cast<int>((masks_[voxelOf(located, i)] & probes.direction[first + i]) != 0) & located.inside[i];
   }
   return facing;
 }
 
 int
-PatchIndex::find(const Eigen::Vector3f& p, const Eigen::Vector3f& n, const Tolerance& tolerance) const
+PatchIndex::findIn(std::size_t voxel,
+                   const Eigen::Vector3f& p,
+                   const Eigen::Vector3f& n,
+                   const Tolerance& tolerance) const
 {
-  const std::int64_t v = voxelAt(p);
-  if (v < 0)
-    return -1;
   int best = -1;
   float best_distance = tolerance.distance;
-  const auto u = static_cast<std::size_t>(v);
-  for (std::uint32_t e = starts_[u]; e < starts_[u + 1]; ++e) {
+  const Eigen::Array4f lateral(0, tolerance.lateral, tolerance.lateral, 0);
+  const std::uint32_t end = starts_[voxel + 1];
+  for (std::uint32_t e = starts_[voxel]; e < end; ++e) {
     const Plane& plane = planes_[entries_[e]];
-    const float cosine = n.dot(plane.normal);
-    if ((tolerance.either_side ? std::abs(cosine) : cosine) < tolerance.min_cos)
-      continue;
-    const Eigen::Vector3f d = p - plane.centroid;
-    const float across = d.dot(plane.normal);
-    if (std::abs(across) >= best_distance)
-      continue;
-    const float along = std::abs(d.dot(plane.major));
-    if (along > plane.half_major + tolerance.lateral)
-      continue;
-    const float beside = std::abs(d.dot(plane.normal.cross(plane.major)));
-    if (beside > plane.half_minor + tolerance.lateral)
-      continue;
-    best = static_cast<int>(entries_[e]);
-    best_distance = std::abs(across);
+    const Eigen::Array4f off = plane.coordinates(p).abs();
+    const Eigen::Array4f most = plane.halves + lateral;
+    const float cosine = n.x() * plane.x[0] + n.y() * plane.y[0] + n.z() * plane.z[0];
+    // No branch before the end: which of the conditions fails is hard to foretell.
+    const bool meets = static_cast<int>((tolerance.either_side ? std::abs(cosine) : cosine) >= tolerance.min_cos) &
+                       static_cast<int>(off[0] < best_distance) & static_cast<int>(off[1] <= most[1]) &
+                       static_cast<int>(off[2] <= most[2]);
+    best = meets ? static_cast<int>(entries_[e]) : best;
+    best_distance = meets ? off[0] : best_distance;
   }
   return best;
+}
+
+PCL_SSFR_VECTOR_CLONES void
+PatchIndex::findAll(const std::array<const float*, 3>& places,
+                    const std::array<const float*, 3>& normals,
+                    std::size_t count,
+                    const Tolerance& tolerance,
+                    int* found) const
+{
+  if (empty()) {
+    std::fill(found, found + count, -1);
+    return;
+  }
+  Located located;
+  std::array<std::size_t, Located::kSize> voxels;
+  for (std::size_t first = 0; first < count; first += Located::kSize) {
+    const std::size_t n = std::min(Located::kSize, count - first);
+    locate(places[0] + first, places[1] + first, places[2] + first, n, Eigen::Vector3f::Zero(), located);
+    for (std::size_t i = 0; i < n; ++i) {
+      voxels[i] = voxelOf(located, i);
+      __builtin_prefetch(&starts_[voxels[i]]);
+    }
+    for (std::size_t i = 0; i < n; ++i) {
+      const std::size_t k = first + i;
+      found[k] = located.inside[i] == 0 ? -1
+                                        : findIn(voxels[i],
+                                                 {places[0][k], places[1][k], places[2][k]},
+                                                 {normals[0][k], normals[1][k], normals[2][k]},
+                                                 tolerance);
+    }
+  }
 }
 
 } // namespace pcl_ssfr

@@ -183,8 +183,12 @@ private:
 std::vector<FineCell>
 accumulateFineCells(const ThinnedCloud& cloud, int level)
 {
-  std::vector<FineCell> cells;
   const int shift = 3 * level;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < cloud.codes.size(); ++i)
+    count += static_cast<std::size_t>(i == 0 || (cloud.codes[i] >> shift) != (cloud.codes[i - 1] >> shift));
+  std::vector<FineCell> cells;
+  cells.reserve(count);
   for (Eigen::Index i = 0; i < cloud.size(); ++i) {
     const std::uint64_t code = cloud.codes[static_cast<std::size_t>(i)] >> shift;
     if (cells.empty() || cells.back().code != code)

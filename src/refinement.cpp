@@ -3,7 +3,7 @@
 
 #include <pcl_ssfr/refinement.h>
 
-#include <Eigen/Eigenvalues>
+#include "plane_equations.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,100 +14,8 @@ namespace pcl_ssfr {
 
 namespace {
 
-using Matrix6 = Eigen::Matrix<double, 6, 6>;
-using Vector6 = Eigen::Matrix<double, 6, 1>;
-
-constexpr double kFreeMotion = 1e-6;  // eigenvalues below this share of the largest are motions left free
 constexpr double kKeptMatches = 0.02; // of the final distance: motion of the pose that leaves the matches as they are
 constexpr double kLeverArm = 5;       // [m] makes rotations and translations comparable in the eigenvalue test
-
-/// Normal equations of the plane distances, about a fixed centre.
-struct NormalEquations {
-  Matrix6 hessian = Matrix6::Zero();
-  Vector6 gradient = Vector6::Zero();
-  double weight = 0;
-  double squares = 0;
-  Eigen::Index matches = 0;
-
-  /// A place \p p (relative to the centre) with distance \p r to a plane of normal \p n.
-  void
-  add(const Eigen::Vector3d& p, const Eigen::Vector3d& n, double r, double w)
-  {
-    Vector6 j;
-    j << p.cross(n), n;
-    const Vector6 weighted = w * j;
-    hessian.noalias() += weighted * j.transpose();
-    gradient += r * weighted;
-    weight += w;
-    squares += w * r * r;
-    ++matches;
-  }
-
-  /// The surface around a place reaches \p extent [m] (one standard deviation) to both sides: it binds the rotation.
-  void
-  addSpread(const Eigen::Vector3d& extent, const Eigen::Vector3d& n, double w)
-  {
-    const Eigen::Vector3d j = extent.cross(n);
-    const Eigen::Vector3d weighted = w * j;
-    hessian.topLeftCorner<3, 3>().noalias() += weighted * j.transpose();
-    gradient.head<3>() += extent.dot(n) * weighted;
-  }
-
-  NormalEquations&
-  operator+=(const NormalEquations& other)
-  {
-    hessian += other.hessian;
-    gradient += other.gradient;
-    weight += other.weight;
-    squares += other.squares;
-    matches += other.matches;
-    return *this;
-  }
-
-  /// The step that solves the equations in the motions that they determine.
-  Vector6
-  solve() const
-  {
-    Vector6 units;
-    units << Eigen::Vector3d::Constant(1 / kLeverArm), Eigen::Vector3d::Ones();
-    const Matrix6 scaled = units.asDiagonal() * hessian * units.asDiagonal();
-    const Eigen::SelfAdjointEigenSolver<Matrix6> solver(scaled);
-    const Vector6 projected = solver.eigenvectors().transpose() * (units.asDiagonal() * gradient);
-    Vector6 step = Vector6::Zero();
-    for (int k = 0; k < 6; ++k)
-      if (solver.eigenvalues()[k] > kFreeMotion * solver.eigenvalues()[5])
-        step -= solver.eigenvectors().col(k) * (projected[k] / solver.eigenvalues()[k]);
-    return units.asDiagonal() * step;
-  }
-};
-
-/// Geman-McClure weight of distance \p r at scale \p s.
-double
-robustWeight(double r, double s)
-{
-  const double q = s * s / (s * s + r * r);
-  return q * q;
-}
-
-/// Call \p add(i, sum) for i = 0 ... count - 1 and add all sums to \p equations. The chunks do not depend on the number
-/// of threads, so neither do the bits.
-template <typename Add>
-void
-addInChunks(Eigen::Index count, int threads, NormalEquations& equations, const Add& add)
-{
-  constexpr Eigen::Index kChunk = 1024;
-  const Eigen::Index chunks = (count + kChunk - 1) / kChunk;
-  std::vector<NormalEquations> sums(static_cast<std::size_t>(chunks));
-#pragma omp parallel for schedule(dynamic, 1) num_threads(threads) if (threads > 1)
-  for (Eigen::Index k = 0; k < chunks; ++k) {
-    NormalEquations sum; // not in its place: neighbours would share lines of the caches
-    for (Eigen::Index i = k * kChunk; i < std::min(count, (k + 1) * kChunk); ++i)
-      add(i, sum);
-    sums[static_cast<std::size_t>(k)] = sum;
-  }
-  for (const NormalEquations& sum : sums)
-    equations += sum;
-}
 
 /// What a step of a refinement starts from.
 struct Step {
@@ -117,21 +25,32 @@ struct Step {
   double scale;      ///< of the robust weight [m]
   bool find_matches; ///< else the pose has hardly moved since they were found, and they are kept
 
-  /// The match of a place, found or \p known; -1: none.
-  int
-  match(const PatchIndex& index, const Eigen::Vector3d& p, const Eigen::Vector3d& n, int& known) const
+  /// Distance from which on a match does not count [m]; those just found are within the tolerance.
+  double
+  farthest() const
   {
-    if (find_matches)
-      known = index.find(p.cast<float>(), n.cast<float>(), tolerance);
-    return known;
-  }
-  /// Whether a match found in an earlier step is still near enough.
-  bool
-  isWithin(double distance) const
-  {
-    return find_matches || std::abs(distance) < static_cast<double>(tolerance.distance);
+    return find_matches ? std::numeric_limits<double>::infinity() : static_cast<double>(tolerance.distance);
   }
 };
+
+/// Call \p add(first, count, sum) for blocks of the indices 0 ... count - 1 and add all sums to \p equations. The
+/// blocks do not depend on the number of threads, so neither do the bits.
+template <typename Add>
+void
+addInBlocks(Eigen::Index count, int threads, PlaneEquations& equations, const Add& add)
+{
+  constexpr Eigen::Index kBlock = PlaceBlock::kSize;
+  const Eigen::Index blocks = (count + kBlock - 1) / kBlock;
+  std::vector<PlaneEquations> sums(static_cast<std::size_t>(blocks));
+#pragma omp parallel for schedule(dynamic, 4) num_threads(threads) if (threads > 1)
+  for (Eigen::Index k = 0; k < blocks; ++k) {
+    PlaneEquations sum; // not in its place: neighbours would share lines of the caches
+    add(k * kBlock, std::min(kBlock, count - k * kBlock), sum);
+    sums[static_cast<std::size_t>(k)] = sum;
+  }
+  for (const PlaneEquations& sum : sums)
+    equations += sum;
+}
 
 /// The loop that both refinements share; \p accumulate(step, equations) adds the matches.
 template <typename Accumulate>
@@ -159,16 +78,16 @@ refine(const Eigen::Isometry3d& T_start,
                         moved > kKeptMatches * last};
     if (state.find_matches)
       moved = 0;
-    NormalEquations equations;
+    PlaneEquations equations;
     accumulate(state, equations);
     result.steps = step + 1;
-    result.hessian = equations.hessian;
+    result.hessian = equations.fullHessian();
     result.weight = equations.weight;
     result.matches = equations.matches;
     result.rms = equations.weight > 0 ? std::sqrt(equations.squares / equations.weight) : 0;
     if (equations.matches < 3)
       break;
-    const Vector6 motion = equations.solve();
+    const Eigen::Matrix<double, 6, 1> motion = equations.solve(kLeverArm);
     const Eigen::Isometry3d delta = Eigen::Translation3d(centre) * expSe3(motion) * Eigen::Translation3d(-centre);
     result.T_target_source = delta * result.T_target_source;
     moved += kLeverArm * motion.head<3>().norm() + motion.tail<3>().norm();
@@ -201,26 +120,34 @@ refinePatches(const PlanarPatches& source,
   if (source.size() == 0)
     return refine(T_target_source, Eigen::Vector3d::Zero(), options, [](const auto&...) {});
   const Eigen::Vector3d centre = T_target_source * Eigen::Vector3d(source.samples.points.rowwise().mean());
-  std::vector<int> matches(static_cast<std::size_t>(source.size()), -1);
-  return refine(T_target_source, centre, options, [&](const Step& step, NormalEquations& equations) {
+  std::vector<int> found(static_cast<std::size_t>(source.size()), -1);
+  return refine(T_target_source, centre, options, [&](const Step& step, PlaneEquations& equations) {
     const Eigen::Isometry3d& T = step.T_target_source;
-    for (Eigen::Index i = 0; i < source.size(); ++i) {
-      const Eigen::Vector3d p = T * source.samples.points.col(i);
-      const Eigen::Vector3d normal = T.linear() * source.samples.normals.col(i);
-      const int match = step.match(target, p, normal, matches[static_cast<std::size_t>(i)]);
-      if (match < 0)
-        continue;
-      const Eigen::Vector3d n = target.normal(match).cast<double>();
-      const double r = (p - target.centroid(match).cast<double>()).dot(n);
-      if (!step.isWithin(r))
-        continue;
-      const double w =
-          source.samples.weights[i] * robustWeight(r, step.scale) / target.distanceVariance(match, p.cast<float>());
-      equations.add(p - centre, n, r, w);
-      const Eigen::Vector3d major = T.linear() * source.majors.col(i);
-      equations.addSpread(source.samples.extents[i] / kHalfWidth * major, n, w);
-      equations.addSpread(source.half_minors[i] / kHalfWidth * normal.cross(major), n, w);
-    }
+    addInBlocks(source.size(), 1, equations, [&](Eigen::Index first, Eigen::Index count, PlaneEquations& sum) {
+      PlaceBlock places;
+      places.move(source.samples.points, source.samples.normals, first, count, T);
+      if (step.find_matches)
+        places.find(target, step.tolerance, &found[static_cast<std::size_t>(first)]);
+      PlaneMatches matches;
+      MatchSpread along, across;
+      for (std::size_t k = 0; k < places.count; ++k) {
+        const Eigen::Index i = first + static_cast<Eigen::Index>(k);
+        const int match = found[static_cast<std::size_t>(i)];
+        if (match < 0)
+          continue;
+        const Eigen::Vector3d p(places.x[k], places.y[k], places.z[k]);
+        const PatchIndex::Meeting at = target.meet(match, p);
+        const Eigen::Vector3d major = T.linear() * source.majors.col(i);
+        along.set(matches.count, source.samples.extents[i] / kHalfWidth * major);
+        across.set(matches.count,
+                   source.half_minors[i] / kHalfWidth *
+                       Eigen::Vector3d(places.nx[k], places.ny[k], places.nz[k]).cross(major));
+        matches.add(p - centre, at.normal, at.distance, source.samples.weights[i] / at.variance);
+      }
+      addMatches(matches, step.scale, step.farthest(), sum);
+      addSpread(matches, along, sum);
+      addSpread(matches, across, sum);
+    });
   });
 }
 
@@ -258,36 +185,54 @@ refineMutual(const SurfacePoints& source,
   if (source.points.cols() == 0 || target.points.cols() == 0)
     return refine(T_target_source, Eigen::Vector3d::Zero(), options, [](const auto&...) {});
   const Eigen::Vector3d centre = T_target_source * Eigen::Vector3d(source.points.cast<double>().rowwise().mean());
-  std::vector<int> source_matches(static_cast<std::size_t>(source.points.cols()), -1);
-  std::vector<int> target_matches(static_cast<std::size_t>(target.points.cols()), -1);
-  return refine(T_target_source, centre, options, [&](const Step& step, NormalEquations& equations) {
+  std::vector<int> found_of_source(static_cast<std::size_t>(source.points.cols()), -1);
+  std::vector<int> found_of_target(static_cast<std::size_t>(target.points.cols()), -1);
+  return refine(T_target_source, centre, options, [&](const Step& step, PlaneEquations& equations) {
     const Eigen::Isometry3d& T = step.T_target_source;
-    addInChunks(source.points.cols(), options.threads, equations, [&](Eigen::Index i, NormalEquations& sum) {
-      const Eigen::Vector3d p = T * source.points.col(i).cast<double>();
-      const Eigen::Vector3d normal = T.linear() * source.normals.col(i).cast<double>();
-      const int match = step.match(target_planes, p, normal, source_matches[static_cast<std::size_t>(i)]);
-      if (match < 0)
-        return;
-      const Eigen::Vector3d n = target_planes.normal(match).cast<double>();
-      const double r = (p - target_planes.centroid(match).cast<double>()).dot(n);
-      if (step.isWithin(r))
-        sum.add(p - centre, n, r, robustWeight(r, step.scale) / target_planes.distanceVariance(match, p.cast<float>()));
-    });
-    // The other way round it is the plane that moves: its distance to a fixed point shrinks along its
-    // normal.
     const Eigen::Isometry3d T_source_target = T.inverse();
-    addInChunks(target.points.cols(), options.threads, equations, [&](Eigen::Index i, NormalEquations& sum) {
-      const Eigen::Vector3d q = target.points.col(i).cast<double>();
-      const Eigen::Vector3d p = T_source_target * q;
-      const Eigen::Vector3d normal = T_source_target.linear() * target.normals.col(i).cast<double>();
-      const int match = step.match(source_planes, p, normal, target_matches[static_cast<std::size_t>(i)]);
-      if (match < 0)
-        return;
-      const Eigen::Vector3d n = T.linear() * source_planes.normal(match).cast<double>();
-      const double r = (T * source_planes.centroid(match).cast<double>() - q).dot(n);
-      if (step.isWithin(r))
-        sum.add(q - centre, n, r, robustWeight(r, step.scale) / source_planes.distanceVariance(match, p.cast<float>()));
-    });
+    // Points of one scan onto the planes of the other, which \p T_planes maps into the frame of the target.
+    const auto addPoints = [&](const SurfacePoints& surface,
+                               const Eigen::Isometry3d& T_moved,
+                               const PatchIndex& planes,
+                               std::vector<int>& found,
+                               const auto& addMatch) {
+      addInBlocks(surface.points.cols(),
+                  options.threads,
+                  equations,
+                  [&](Eigen::Index first, Eigen::Index count, PlaneEquations& sum) {
+                    PlaceBlock places;
+                    places.move(surface.points, surface.normals, first, count, T_moved);
+                    int* const found_here = &found[static_cast<std::size_t>(first)];
+                    if (step.find_matches)
+                      places.find(planes, step.tolerance, found_here);
+                    PlaneMatches matches;
+                    for (std::size_t k = 0; k < places.count; ++k) {
+                      if (found_here[k] < 0)
+                        continue;
+                      const Eigen::Vector3d p(places.x[k], places.y[k], places.z[k]);
+                      addMatch(matches, first + static_cast<Eigen::Index>(k), p, planes.meet(found_here[k], p));
+                    }
+                    addMatches(matches, step.scale, step.farthest(), sum);
+                  });
+    };
+    addPoints(source,
+              T,
+              target_planes,
+              found_of_source,
+              [&](PlaneMatches& matches, Eigen::Index, const Eigen::Vector3d& p, const PatchIndex::Meeting& at) {
+                matches.add(p - centre, at.normal, at.distance, 1 / at.variance);
+              });
+    // The other way round it is the plane that moves: its distance to a fixed point shrinks along its normal.
+    addPoints(target,
+              T_source_target,
+              source_planes,
+              found_of_target,
+              [&](PlaneMatches& matches, Eigen::Index i, const Eigen::Vector3d&, const PatchIndex::Meeting& at) {
+                matches.add(target.points.col(i).cast<double>() - centre,
+                            T.linear() * at.normal,
+                            -at.distance,
+                            1 / at.variance);
+              });
   });
 }
 

@@ -3,9 +3,12 @@
 
 #include <pcl_ssfr/visibility_score.h>
 
+#include "place_block.h"
+
 #include <Eigen/Eigenvalues>
 
 #include <algorithm>
+#include <array>
 
 namespace pcl_ssfr {
 
@@ -56,33 +59,40 @@ collectEvidence(const OrientedSamples& samples,
                 const VisibilityOptions& options)
 {
   SurfaceEvidence evidence;
-  for (Eigen::Index i = 0; i < samples.size(); ++i) {
-    const double weight = samples.weights[i];
-    evidence.total += weight;
-    const Eigen::Vector3d normal = T.linear() * samples.normals.col(i);
-    const Eigen::Vector3f p = (T * samples.points.col(i)).cast<float>();
-    if (index.find(p, normal.cast<float>(), options.match) >= 0) {
-      evidence.matched += weight;
-      evidence.matched_normals.noalias() += weight * normal * normal.transpose();
-      continue;
+  PlaceBlock places;
+  std::array<int, PlaceBlock::kSize> found;
+  for (Eigen::Index first = 0; first < samples.size(); first += PlaceBlock::kSize) {
+    places.move(
+        samples.points, samples.normals, first, std::min<Eigen::Index>(PlaceBlock::kSize, samples.size() - first), T);
+    places.find(index, options.match, found.data());
+    for (std::size_t i = 0; i < places.count; ++i) {
+      const double weight = samples.weights[first + static_cast<Eigen::Index>(i)];
+      evidence.total += weight;
+      const Eigen::Vector3d normal(places.nx[i], places.ny[i], places.nz[i]);
+      if (found[i] >= 0) {
+        evidence.matched += weight;
+        evidence.matched_normals.noalias() += weight * normal * normal.transpose();
+        continue;
+      }
+      if (!image)
+        continue;
+      const Eigen::Vector3f ray =
+          Eigen::Vector3d(places.x[i], places.y[i], places.z[i]).cast<float>() - image->viewpoint();
+      const float range = ray.norm();
+      if (!(range > 0))
+        continue;
+      const std::size_t cell = image->cell(ray);
+      const float free = image->freeRange(cell);
+      if (free == 0)
+        continue; // nothing was seen there
+      if (range < options.free_ratio * free - options.free_margin)
+        evidence.contradicted += weight;
+      else if (range < options.hidden_ratio * image->farthest(cell) + options.hidden_margin)
+        evidence.unmatched += weight;
+      else
+        continue;
+      evidence.visible_normals.noalias() += weight * normal * normal.transpose();
     }
-    if (!image)
-      continue;
-    const Eigen::Vector3f ray = p - image->viewpoint();
-    const float range = ray.norm();
-    if (!(range > 0))
-      continue;
-    const std::size_t cell = image->cell(ray);
-    const float free = image->freeRange(cell);
-    if (free == 0)
-      continue; // nothing was seen there
-    if (range < options.free_ratio * free - options.free_margin)
-      evidence.contradicted += weight;
-    else if (range < options.hidden_ratio * image->farthest(cell) + options.hidden_margin)
-      evidence.unmatched += weight;
-    else
-      continue;
-    evidence.visible_normals.noalias() += weight * normal * normal.transpose();
   }
   evidence.visible_normals += evidence.matched_normals;
   return evidence;

@@ -237,6 +237,58 @@ TEST(PatchIndex, AgreesWithLoopOverAllPatches)
   }
 }
 
+TEST(PatchIndexFindAll, IsFindOfEach)
+{
+  testing::Random random(8);
+  constexpr std::size_t kCount = 1000; // no multiple of how many are looked up together
+  std::array<std::vector<float>, 6> columns;
+  for (std::size_t i = 0; i < kCount; ++i) {
+    Eigen::Vector3f p = randomPlace(random, 5);
+    if (i % 97 == 0)
+      p.y() = std::numeric_limits<float>::quiet_NaN();
+    if (i % 89 == 0)
+      p.z() = 1e30f;
+    const Eigen::Vector3f n = randomPlace(random, 1).normalized();
+    for (std::size_t k = 0; k < 3; ++k) {
+      columns[k].push_back(p[static_cast<Eigen::Index>(k)]);
+      columns[3 + k].push_back(n[static_cast<Eigen::Index>(k)]);
+    }
+  }
+  PatchIndex::Tolerance t = tolerance(0.3f, 0.3f);
+  t.min_cos = 0.5f;
+  for (const PatchIndex& index : {PatchIndex(testing::randomPatches(300, 4, 1, 9), 0.5), PatchIndex()}) {
+    std::vector<int> found(kCount, -2);
+    index.findAll({columns[0].data(), columns[1].data(), columns[2].data()},
+                  {columns[3].data(), columns[4].data(), columns[5].data()},
+                  kCount,
+                  t,
+                  found.data());
+    int some = 0;
+    for (std::size_t i = 0; i < kCount; ++i) {
+      EXPECT_EQ(
+          found[i],
+          index.find({columns[0][i], columns[1][i], columns[2][i]}, {columns[3][i], columns[4][i], columns[5][i]}, t))
+          << i;
+      some += found[i] >= 0;
+    }
+    EXPECT_EQ(some > 50, !index.empty());
+  }
+}
+
+TEST(PatchIndex, MeetingIsThePlanesOwn)
+{
+  const PlanarPatches patches = testing::randomPatches(40, 4, 1, 10);
+  const PatchIndex index(patches, 0.5);
+  testing::Random random(11);
+  for (int i = 0; i < 40; ++i) {
+    const Eigen::Vector3d p = randomPlace(random, 4).cast<double>();
+    const PatchIndex::Meeting at = index.meet(i, p);
+    EXPECT_TRUE(at.normal.isApprox(patches.samples.normals.col(i), 1e-6));
+    EXPECT_NEAR(at.distance, (p - patches.samples.points.col(i)).dot(patches.samples.normals.col(i)), 1e-5);
+    EXPECT_GT(at.variance, index.meet(i, patches.samples.points.col(i)).variance);
+  }
+}
+
 TEST(PatchIndex, OrderOfThePatchesDoesNotMatter)
 {
   const PlanarPatches patches = testing::randomPatches(200, 4, 1, 4);
@@ -305,9 +357,8 @@ TEST(PatchIndex, DistanceToAPlaneIsLessCertainAwayFromItsPoints)
       squares += distance * distance;
     }
     const double expected = squares / kTrials / (kNoise * kNoise);
-    const float variance =
-        index.distanceVariance(0, Eigen::Vector3f(place.cast<float>().x(), place.cast<float>().y(), 0));
-    EXPECT_NEAR(variance, expected, 0.1 * expected) << place.transpose();
+    const PatchIndex::Meeting at = index.meet(0, Eigen::Vector3d(place.x(), place.y(), 0));
+    EXPECT_NEAR(at.variance, expected, 0.1 * expected) << place.transpose();
   }
 }
 

@@ -88,45 +88,99 @@ public:
 
   /// The compatible patch with the smallest plane distance at place \p p with unit normal \p n; -1 when there is none.
   int
-  find(const Eigen::Vector3f& p, const Eigen::Vector3f& n, const Tolerance& tolerance) const;
+  find(const Eigen::Vector3f& p, const Eigen::Vector3f& n, const Tolerance& tolerance) const
+  {
+    const std::int64_t v = voxelAt(p);
+    return v < 0 ? -1 : findIn(static_cast<std::size_t>(v), p, n, tolerance);
+  }
+
+  /// find() for \p count places and normals, whose coordinates are in arrays; \p found has \p count elements.
+  void
+  findAll(const std::array<const float*, 3>& places,
+          const std::array<const float*, 3>& normals,
+          std::size_t count,
+          const Tolerance& tolerance,
+          int* found) const;
 
   /// Centroid of patch \p i.
-  const Eigen::Vector3f&
+  Eigen::Vector3f
   centroid(int i) const
   {
-    return planes_[static_cast<std::size_t>(i)].centroid;
+    const Plane& plane = planes_[static_cast<std::size_t>(i)];
+    return {plane.x[3], plane.y[3], plane.z[3]};
   }
   /// Unit normal of patch \p i.
-  const Eigen::Vector3f&
+  Eigen::Vector3f
   normal(int i) const
   {
-    return planes_[static_cast<std::size_t>(i)].normal;
+    return planes_[static_cast<std::size_t>(i)].column(0);
   }
 
-  /** \brief Variance of the distance of a place \p p on patch \p i to its plane, in units of the variance of one point
-   * across the plane: that of the point itself, and of a plane fitted to that many points, which grows away from its
-   * centroid.
-   */
-  float
-  distanceVariance(int i, const Eigen::Vector3f& p) const
+  /// How a place lies to the plane of a patch.
+  struct Meeting {
+    Eigen::Vector3d normal; ///< of the plane
+    double distance;        ///< of the place from the plane, along the normal [m]
+    /// Of that distance, in units of the variance of one point across the plane: that of the point itself, and of a
+    /// plane fitted to that many points, which grows away from its centroid.
+    double variance;
+  };
+
+  /// Place \p p and patch \p i.
+  Meeting
+  meet(int i, const Eigen::Vector3d& p) const
   {
     const Plane& plane = planes_[static_cast<std::size_t>(i)];
-    const Eigen::Vector3f d = p - plane.centroid;
-    const float along = d.dot(plane.major) / plane.half_major;
-    const float beside = d.dot(plane.normal.cross(plane.major)) / plane.half_minor;
-    return 1 + plane.inverse_count * (1 + 3 * (along * along + beside * beside)); // half width^2 = 3 variances
+    const Eigen::Vector3d normal = plane.column(0).cast<double>();
+    const Eigen::Vector3d d = p - plane.column(3).cast<double>();
+    const float along = static_cast<float>(d.dot(plane.column(1).cast<double>())) / plane.halves[1];
+    const float beside = static_cast<float>(d.dot(plane.column(2).cast<double>())) / plane.halves[2];
+    const float off = plane.halves[3] * (1 + 3 * (along * along + beside * beside)); // half width^2 = 3 variances
+    return {normal, d.dot(normal), 1 + static_cast<double>(off)};
   }
 
 private:
-  /// A patch as find() needs it, in one cache line.
-  struct Plane {
-    Eigen::Vector3f centroid;
-    Eigen::Vector3f normal;
-    Eigen::Vector3f major;   ///< unit, direction of the largest extent
-    float half_major = 0;    ///< [m]
-    float half_minor = 0;    ///< [m]
-    float inverse_count = 0; ///< of its thinned points
+  /// A patch as find() needs it, in one cache line: its frame by rows, for all coordinates of a place at once.
+  struct alignas(64) Plane {
+    /// x, y and z of the unit normal, the direction of the largest extent and the one across it, and of the centroid
+    /// [m].
+    Eigen::Array4f x, y, z;
+    Eigen::Array4f halves; ///< 0, half of the largest extent, half of the one across it [m]; 1 / thinned points
+
+    Eigen::Vector3f
+    column(int k) const
+    {
+      return {x[k], y[k], z[k]};
+    }
+    /// Of \p p along the normal and the two extents, from the centroid [m]; the fourth has no meaning.
+    Eigen::Array4f
+    coordinates(const Eigen::Vector3f& p) const
+    {
+      return (p.x() - x[3]) * x + (p.y() - y[3]) * y + (p.z() - z[3]) * z;
+    }
   };
+
+  /// Where some places are in the grid.
+  struct Located {
+    static constexpr std::size_t kSize = 32;
+    std::array<std::int32_t, kSize> block;
+    std::array<std::int32_t, kSize> voxel;  ///< within the block
+    std::array<std::int32_t, kSize> inside; ///< 1 or 0: then block and voxel are 0
+  };
+
+  /// Places whose coordinates are in arrays, moved by \p t, at most Located::kSize.
+  void
+  locate(
+      const float* x, const float* y, const float* z, std::size_t n, const Eigen::Vector3f& t, Located& located) const;
+
+  std::size_t
+  voxelOf(const Located& located, std::size_t i) const
+  {
+    const std::uint32_t block = blocks_[static_cast<std::size_t>(located.block[i])];
+    return (static_cast<std::size_t>(block) << (3 * kBlockBits)) | static_cast<std::size_t>(located.voxel[i]);
+  }
+
+  int
+  findIn(std::size_t voxel, const Eigen::Vector3f& p, const Eigen::Vector3f& n, const Tolerance& tolerance) const;
 
   std::int64_t
   voxelAt(const Eigen::Vector3f& p) const

@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#include "plane_equations.h"
+#include "synthetic_scene.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <memory>
+
+namespace pcl_ssfr {
+namespace {
+
+using Matrix6 = PlaneEquations::Matrix6;
+using Vector6 = PlaneEquations::Vector6;
+
+constexpr double kAll = std::numeric_limits<double>::infinity();
+
+Eigen::Vector3d
+randomVector(testing::Random& random, double size)
+{
+  return size * Eigen::Vector3d(random.gaussian(), random.gaussian(), random.gaussian());
+}
+
+/// Matches and what is around them.
+struct Scene {
+  PlaneMatches matches;
+  MatchSpread spread;
+};
+
+/// \p count matches; each second one is farther than 0.1 m.
+std::unique_ptr<Scene>
+randomScene(std::size_t count, std::uint64_t seed)
+{
+  testing::Random random(seed);
+  auto scene = std::make_unique<Scene>();
+  for (std::size_t i = 0; i < count; ++i) {
+    scene->spread.set(i, randomVector(random, 0.5));
+    const double distance = (i % 2 ? 0.05 : 0.2) * (i % 3 ? 1 : -1);
+    scene->matches.add(
+        randomVector(random, 4), randomVector(random, 1).normalized(), distance, 1 + random.gaussian() * 0.1);
+  }
+  return scene;
+}
+
+/// What the equations say of themselves, match by match.
+PlaneEquations
+byDefinition(const Scene& scene, double scale, double most, bool with_spread)
+{
+  PlaneEquations sum;
+  for (std::size_t i = 0; i < scene.matches.count; ++i) {
+    const PlaneMatches& m = scene.matches;
+    if (std::abs(m.distance[i]) >= most)
+      continue;
+    const Eigen::Vector3d n(m.nx[i], m.ny[i], m.nz[i]);
+    const double r = m.distance[i];
+    const double w = m.weight[i] * std::pow(scale * scale / (scale * scale + r * r), 2);
+    Vector6 j;
+    j << Eigen::Vector3d(m.px[i], m.py[i], m.pz[i]).cross(n), n;
+    sum.hessian += w * j * j.transpose();
+    sum.gradient += w * r * j;
+    sum.weight += w;
+    sum.squares += w * r * r;
+    ++sum.matches;
+    if (!with_spread)
+      continue;
+    // Two places, one standard deviation to each side, of half the weight each.
+    const Eigen::Vector3d extent(scene.spread.x[i], scene.spread.y[i], scene.spread.z[i]);
+    const Eigen::Vector3d turn = extent.cross(n);
+    sum.hessian.topLeftCorner<3, 3>() += w * turn * turn.transpose();
+    sum.gradient.head<3>() += w * extent.dot(n) * turn;
+  }
+  return sum;
+}
+
+void
+expectSame(const PlaneEquations& a, const PlaneEquations& b)
+{
+  EXPECT_TRUE(a.fullHessian().isApprox(b.fullHessian(), 1e-12)) << a.fullHessian() - b.fullHessian();
+  EXPECT_LT((a.gradient - b.gradient).norm(), 1e-12 * (1 + b.gradient.norm()));
+  EXPECT_NEAR(a.weight, b.weight, 1e-12 * (1 + b.weight));
+  EXPECT_NEAR(a.squares, b.squares, 1e-12 * (1 + b.squares));
+  EXPECT_EQ(a.matches, b.matches);
+}
+
+TEST(PlaneEquations, AreThoseOfTheirMatches)
+{
+  for (const std::size_t count : {1, 7, 8, 9, 100, 256})
+    for (const double most : {kAll, 0.1})
+      for (const bool with_spread : {false, true}) {
+        const std::unique_ptr<Scene> scene = randomScene(count, count);
+        const PlaneEquations expected = byDefinition(*scene, 0.15, most, with_spread);
+        PlaneEquations equations;
+        addMatches(scene->matches, 0.15, most, equations);
+        if (with_spread)
+          addSpread(scene->matches, scene->spread, equations);
+        SCOPED_TRACE(count);
+        expectSame(equations, expected);
+      }
+}
+
+TEST(PlaneEquations, OfNothing)
+{
+  const std::unique_ptr<Scene> scene = randomScene(0, 1);
+  PlaneEquations equations;
+  addMatches(scene->matches, 0.1, kAll, equations);
+  addSpread(scene->matches, scene->spread, equations);
+  expectSame(equations, PlaneEquations());
+  EXPECT_EQ(equations.solve(5), Vector6::Zero());
+}
+
+TEST(PlaneEquations, AddUp)
+{
+  const std::unique_ptr<Scene> one = randomScene(30, 1), two = randomScene(50, 2);
+  PlaneEquations first, second, both;
+  addMatches(one->matches, 0.1, kAll, first);
+  addMatches(two->matches, 0.1, kAll, second);
+  const std::unique_ptr<Scene> one_again = randomScene(30, 1), two_again = randomScene(50, 2);
+  addMatches(one_again->matches, 0.1, kAll, both);
+  addMatches(two_again->matches, 0.1, kAll, both);
+  expectSame(first += second, both);
+}
+
+TEST(PlaneEquations, SolveFindsTheMotionThatWasMade)
+{
+  // Distances that a small motion makes.
+  testing::Random random(4);
+  Vector6 motion;
+  motion << 0.001, -0.002, 0.0005, 0.01, -0.02, 0.03;
+  PlaneMatches matches;
+  for (int i = 0; i < 100; ++i) {
+    const Eigen::Vector3d p = randomVector(random, 4);
+    const Eigen::Vector3d n = randomVector(random, 1).normalized();
+    matches.add(p, n, -n.dot(motion.head<3>().cross(p) + motion.tail<3>()), 1);
+  }
+  PlaneEquations equations;
+  addMatches(matches, 1e6, kAll, equations);
+  EXPECT_LT((equations.solve(5) - motion).norm(), 1e-9);
+}
+
+TEST(PlaneEquations, SolveLeavesWhatNothingBinds)
+{
+  // Planes across x alone: they bind the place along x and the turns about y and z.
+  testing::Random random(5);
+  PlaneMatches matches;
+  for (int i = 0; i < 100; ++i)
+    matches.add(randomVector(random, 4), Eigen::Vector3d::UnitX(), 0.1, 1);
+  PlaneEquations equations;
+  addMatches(matches, 1e6, kAll, equations);
+  const Vector6 step = equations.solve(5);
+  EXPECT_NEAR(step[3], -0.1, 1e-9);
+  EXPECT_EQ((step.array().abs() < 1e-9).count(), 5) << step.transpose();
+}
+
+} // namespace
+} // namespace pcl_ssfr
