@@ -20,6 +20,8 @@ constexpr double kMaxAxisCos = 0.5;       // the second axis is at least 60 degr
 constexpr double kMinSharedLength = 0.25; // of the shorter scan's length that must overlap along the third axis
 constexpr int kScreeningStride = 4;       // every fourth vote is counted before the rest
 constexpr double kScreeningShare = 0.5;   // of the best screened count that is worth counting in full
+constexpr std::size_t kFirstGlance = 16;  // votes of those screened that are counted first of all ...
+constexpr double kGlanceShare = 0.25;     // ... and the share of the best, by their number, that is worth going on
 
 /// Main normal that a direction belongs to, or main_normals.size().
 std::size_t
@@ -156,11 +158,16 @@ public:
     return static_cast<Eigen::Index>(probes_.x.size());
   }
 
-  /// Votes for the translation among every kScreeningStride-th of the samples.
+  /// Votes for the translation among every kScreeningStride-th of the samples; 0 when the first of them show that they
+  /// are far fewer than \p best.
   int
-  screenedVotesFor(const Eigen::Vector3f& t) const
+  screenedVotesFor(const Eigen::Vector3f& t, int best) const
   {
-    return index_.countFacing(probes_, 0, screened_, t);
+    const std::size_t glance = std::min(kFirstGlance, screened_);
+    const int first = index_.countFacing(probes_, 0, glance, t);
+    if (first * static_cast<double>(screened_) < kGlanceShare * best * static_cast<double>(glance))
+      return 0;
+    return first + index_.countFacing(probes_, glance, screened_, t);
   }
   /// And among the others.
   int
@@ -402,7 +409,7 @@ searchTranslations(const OrientedSamples& source,
       };
       for (int s = 0; s < shifts; s += 2) {
         const Eigen::Vector3f t = base + static_cast<float>(s) * step;
-        const int screened = ballot.screenedVotesFor(t);
+        const int screened = ballot.screenedVotesFor(t, best_screened);
         best_screened = std::max(best_screened, screened);
         if (screened < kScreeningShare * best_screened)
           continue;
