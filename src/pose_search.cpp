@@ -18,10 +18,12 @@ namespace {
 constexpr double kDirectionRadius = 0.35; // [rad] surface within this of a main normal belongs to it
 constexpr double kMaxAxisCos = 0.5;       // the second axis is at least 60 degrees from the first
 constexpr double kMinSharedLength = 0.25; // of the shorter scan's length that must overlap along the third axis
-constexpr int kScreeningStride = 4;       // every fourth vote is counted before the rest
-constexpr double kScreeningShare = 0.5;   // of the best screened count that is worth counting in full
-constexpr std::size_t kFirstGlance = 16;  // votes of those screened that are counted first of all ...
-constexpr double kGlanceShare = 0.25;     // ... and the share of the best, by their number, that is worth going on
+// Every so many votes are counted first of all, and more as long as they are this share of the best count so far.
+constexpr Eigen::Index kGlanceStride = 8;
+constexpr double kGlanceShare = 0.1;
+constexpr Eigen::Index kScreeningStride = 4;
+constexpr double kScreeningShare = 0.5;
+static_assert(kGlanceStride % kScreeningStride == 0);
 
 /// Main normal that a direction belongs to, or main_normals.size().
 std::size_t
@@ -144,12 +146,17 @@ public:
       : index_(index), image_(image), options_(options)
   {
     const Eigen::Matrix3f rotation = R.cast<float>();
-    for (Eigen::Index first = 0; first < kScreeningStride; ++first) {
-      for (Eigen::Index i = first; i < votes.points.cols(); i += kScreeningStride)
-        probes_.add(rotation * votes.points.col(i), rotation * votes.normals.col(i));
-      if (first == 0)
-        screened_ = probes_.x.size();
-    }
+    const auto add = [&](Eigen::Index stride, Eigen::Index added) {
+      for (Eigen::Index i = 0; i < votes.points.cols(); i += stride)
+        if (i % added != 0)
+          probes_.add(rotation * votes.points.col(i), rotation * votes.normals.col(i));
+      return probes_.x.size();
+    };
+    for (Eigen::Index i = 0; i < votes.points.cols(); i += kGlanceStride)
+      probes_.add(rotation * votes.points.col(i), rotation * votes.normals.col(i));
+    glanced_ = probes_.x.size();
+    screened_ = add(kScreeningStride, kGlanceStride);
+    add(1, kScreeningStride);
   }
 
   Eigen::Index
@@ -158,16 +165,15 @@ public:
     return static_cast<Eigen::Index>(probes_.x.size());
   }
 
-  /// Votes for the translation among every kScreeningStride-th of the samples; 0 when the first of them show that they
+  /// Votes for the translation among every kScreeningStride-th of the samples; 0 when a first glance shows that they
   /// are far fewer than \p best.
   int
   screenedVotesFor(const Eigen::Vector3f& t, int best) const
   {
-    const std::size_t glance = std::min(kFirstGlance, screened_);
-    const int first = index_.countFacing(probes_, 0, glance, t);
-    if (first * static_cast<double>(screened_) < kGlanceShare * best * static_cast<double>(glance))
+    const int glanced = index_.countFacing(probes_, 0, glanced_, t);
+    if (glanced * static_cast<double>(screened_) < kGlanceShare * best * static_cast<double>(glanced_))
       return 0;
-    return first + index_.countFacing(probes_, glance, screened_, t);
+    return glanced + index_.countFacing(probes_, glanced_, screened_, t);
   }
   /// And among the others.
   int
@@ -205,7 +211,8 @@ private:
   const PatchIndex& index_;
   const RangeImage* image_;
   const VisibilityOptions& options_;
-  PatchIndex::Probes probes_; ///< those that are screened first
+  PatchIndex::Probes probes_; ///< first those of the first glance, then the others that are screened
+  std::size_t glanced_ = 0;
   std::size_t screened_ = 0;
 };
 
@@ -394,7 +401,7 @@ searchTranslations(const OrientedSamples& source,
   const Ballot ballot(votes, target_index, target_image, R, options.visibility);
   std::vector<PoseHypothesis> found;
   std::vector<int> counts(static_cast<std::size_t>(shifts));
-  int best_screened = options.rival_votes / kScreeningStride;
+  int best_screened = options.rival_votes / static_cast<int>(kScreeningStride);
   for (const ShiftPeak& a : first)
     for (const ShiftPeak& b : second) {
       const Eigen::Vector3f base = composeShifts(axes, {a.shift, b.shift, shift_low}).cast<float>();
