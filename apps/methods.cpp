@@ -16,7 +16,6 @@
 #include <chrono>
 #include <cmath>
 #include <stdexcept>
-#include <thread>
 
 namespace pcl_ssfr {
 namespace apps {
@@ -156,7 +155,7 @@ preparePair(const std::string& name,
 {
   PreparedPair pair;
   MethodInput& input = pair.input;
-  input.threads = options.threads > 0 ? options.threads : std::max(1U, std::thread::hardware_concurrency());
+  input.threads = threadCount(options);
   input.seed = settings.seed;
   input.rule = settings.rule;
   if (options.leaf > 0)

@@ -3,10 +3,12 @@
 
 #include <pcl_ssfr/options.h>
 
+#include <algorithm>
 #include <cmath>
 #include <sstream>
 #include <stdexcept>
 #include <string>
+#include <thread>
 
 namespace pcl_ssfr {
 
@@ -193,6 +195,12 @@ validateLcp(const LcpOptions& options)
 }
 
 } // namespace
+
+unsigned
+threadCount(const Options& options)
+{
+  return options.threads > 0 ? options.threads : std::max(1u, std::thread::hardware_concurrency());
+}
 
 Options
 makeOptions(Profile profile)

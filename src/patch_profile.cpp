@@ -4,22 +4,20 @@
 #include <pcl_ssfr/confidence.h>
 #include <pcl_ssfr/observability.h>
 #include <pcl_ssfr/patch_profile.h>
-#include <pcl_ssfr/thinning.h>
 
+#include "patch_constants.h"
 #include "stage_clock.h"
 
 #include <Eigen/Eigenvalues>
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cmath>
 #include <cstdio>
 #include <functional>
 #include <limits>
 #include <optional>
 #include <string>
-#include <thread>
 
 namespace pcl_ssfr {
 
@@ -28,10 +26,6 @@ namespace {
 constexpr double kPi = 3.14159265358979323846;
 
 // Lengths at scale 1 [m]; the scale of the scene multiplies them.
-constexpr double kLeaf = 0.025;           // finest patches have an edge of 8, the coarsest of 64 leaves
-constexpr double kThickness = 0.03;       // of a patch, at least
-constexpr double kVoxel = 0.5;            // of the index of patches
-constexpr double kFineVoxel = 0.25;       // of the index of small planes for the polish
 constexpr double kBinWidth = 0.1;         // of the histograms along an axis
 constexpr double kSearchStep = 0.25;      // of the shift along the third axis
 constexpr double kDistinctDistance = 0.3; // poses nearer than this (and the angle below) are one
@@ -50,11 +44,7 @@ constexpr double kFreeMargin = 0.3;   // of the free space
 constexpr double kNoiseFloor = 0.001; // least standard deviation of plane distances
 
 // Angles [rad].
-constexpr double kCell = 0.01745;      // of the range image
-constexpr double kDensityRadius = 0.1; // r_d, chord
-constexpr double kSilence = 0.26;      // chord
-constexpr double kMergeModes = 0.2;    // chord
-constexpr double kPairAngle = 0.07;    // inner angles of pairs agree within this; rotations closer are one
+constexpr double kPairAngle = 0.07; // inner angles of pairs agree within this; rotations closer are one
 constexpr double kRefitAngle = 0.12;
 constexpr double kLooseNormals = 0.5; // normals of a match: in the search ...
 constexpr double kNormals = 0.35;     // ... after the fine refinement ...
@@ -62,22 +52,9 @@ constexpr double kTightNormals = 0.2; // ... and when they agree within the nois
 constexpr double kDistinctAngle = 0.05;
 constexpr double kGravityMargin = 0.01; // of refined poses beyond the tolerance of the prior: noise of scans and prior
 
-constexpr int kMaxMainNormals = 14;
-constexpr double kMinRelativeDensity = 0.02;
-constexpr std::size_t kMinPoints = 50;
-constexpr std::size_t kViewpointPoints = 40000; // drawn to look for the sensor where it is not known
-constexpr std::size_t kMinPointsPerCell = 12;   // in the coarsest cell of a typical point; else the scale is doubled
-constexpr int kMaxCoarsenings = 6;
-constexpr int kCoarsePatches = 600; // drawn for the coarse refinement
 constexpr double kRoundShare = 0.3; // of the surface that faces across an axis for the scene to be round about it ...
-constexpr double kRoundFullShare = 0.6; // ... and of that, so much at most in the fullest third of all directions
-constexpr int kPolishPointsAPatch = 4;
-constexpr int kPolishSplit = 100; // patches of more thinned points are split for the polish
-constexpr int kPolishMinPoints = 8;
+constexpr double kRoundFullShare = 0.6;     // ... and of that, so much at most in the fullest third of all directions
 constexpr double kContradictionWeight = 12; // of the score: contradictions are rare and precious (METHOD point 14b)
-constexpr double kNoiseQuantile = 0.25;     // of the thickness of patches: an estimate of the noise that clutter spares
-constexpr double kThicknessOverNoise = 1.6;
-constexpr double kTypicalRadius[] = {1.5, 120}; // scenes of radii between these [m] have scale 1
 
 /// How hard the search tries; the second effort is made only when the first finds nothing acceptable.
 struct Effort {
@@ -90,96 +67,6 @@ struct Effort {
 // Of 271 real pairs, all solved ones had a pose near the truth with 0.65 of the most votes; of 375 simulated ones, 373
 // with 0.4.
 constexpr Effort kEfforts[] = {{24, 80, 0.4, 8, 5, 8}, {60, 240, 0, 16, 8, 16}};
-
-unsigned
-workers(const Options& options)
-{
-  return options.threads > 0 ? options.threads : std::max(1u, std::thread::hardware_concurrency());
-}
-
-double
-sceneScale(const ScanExtent& extent)
-{
-  if (!(extent.radius > 0))
-    return 1;
-  return extent.radius / std::clamp(extent.radius, kTypicalRadius[0], kTypicalRadius[1]);
-}
-
-/// At most \p most of the finite points, evenly drawn in their order, relative to \p origin [m].
-Eigen::Matrix3Xf
-drawPoints(const ScanView& scan, const Eigen::Vector3d& origin, std::size_t most)
-{
-  const std::size_t n = scan.count();
-  const std::size_t count = std::min(most, n);
-  Eigen::Matrix3Xf drawn(3, static_cast<Eigen::Index>(count));
-  Eigen::Index kept = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    const Eigen::Vector3f p = scan.point((2 * i + 1) * n / (2 * count));
-    if (p.allFinite())
-      drawn.col(kept++) = (p.cast<double>() - origin).cast<float>();
-  }
-  return drawn.leftCols(kept);
-}
-
-/// Thinned points that share a coarsest patch cell with a typical point: the median over the points.
-std::size_t
-pointsPerCell(const ThinnedCloud& cloud, int level)
-{
-  std::vector<std::size_t> counts;
-  for (std::size_t i = 0; i < cloud.codes.size(); ++i) {
-    if (i == 0 || (cloud.codes[i] >> (3 * level)) != (cloud.codes[i - 1] >> (3 * level)))
-      counts.push_back(0);
-    ++counts.back();
-  }
-  std::sort(counts.begin(), counts.end());
-  std::size_t below = 0;
-  for (const std::size_t c : counts)
-    if (2 * (below += c) >= cloud.codes.size())
-      return c;
-  return 0;
-}
-
-std::uint64_t
-count(Eigen::Index n)
-{
-  return static_cast<std::uint64_t>(n);
-}
-
-/// Thickness that patches may have: the usual one, more where the scan is noisier than that.
-double
-choosePatchThickness(const ThinnedCloud& cloud,
-                     const std::vector<FineCell>& cells,
-                     double usual,
-                     const PatchOptions& options)
-{
-  constexpr double kGenerous = 4;
-  const PlanarPatches rough = extractPatches(cloud, cells, nullptr, kGenerous * usual, options);
-  if (rough.size() == 0)
-    return usual;
-  std::vector<std::pair<double, double>> thickness; // and the surface that has it
-  for (Eigen::Index i = 0; i < rough.size(); ++i)
-    thickness.emplace_back(rough.thickness[i], rough.samples.weights[i]);
-  std::sort(thickness.begin(), thickness.end());
-  const double wanted = kNoiseQuantile * rough.samples.weights.sum();
-  double sum = 0;
-  for (const auto& [t, surface] : thickness)
-    if ((sum += surface) >= wanted)
-      return std::clamp(kThicknessOverNoise * t, usual, kGenerous * usual);
-  return usual;
-}
-
-std::vector<MainNormal>
-findPatchMainNormals(const OrientedSamples& samples, const Options& options)
-{
-  const DensityOptions density = patchDensityOptions(options);
-  MeanShiftOptions mean_shift;
-  mean_shift.bandwidth = 2 * density.radius;
-  mean_shift.merge_chord = kMergeModes;
-  mean_shift.tolerance = 1e-5;
-  const DirectionSet sphere = makeGaussianSphere(samples);
-  const Eigen::VectorXd densities = computeDensity(sphere, density, workers(options));
-  return findMainNormals(sphere, findDensestRegions(sphere, densities, density), mean_shift);
-}
 
 /// The vertical is a direction of the scene even where no surface faces it.
 std::vector<MainNormal>
@@ -276,7 +163,7 @@ public:
         noise_(std::max(source.thickness, target.thickness) / (kThickness * scale_)),
         either_side_(!(source.patches.samples.oriented && target.patches.samples.oriented &&
                        source.viewpoint_used == target.viewpoint_used)),
-        threads_(static_cast<int>(workers(options)))
+        threads_(static_cast<int>(threadCount(options)))
   {
     source_normals_ = source.main_normals;
     target_normals_ = target.main_normals;
@@ -848,9 +735,9 @@ private:
                                [&](const JudgedPose& pose) { return isSamePlace(pose.T_target_source, T_best); }),
                 poses.end());
     report("polish",
-           count(static_cast<Eigen::Index>(polishes.size()) *
-                 (source_.surface.points.cols() + target_.surface.points.cols())),
-           count(polish_.matches));
+           static_cast<std::uint64_t>(static_cast<Eigen::Index>(polishes.size()) *
+                                      (source_.surface.points.cols() + target_.surface.points.cols())),
+           static_cast<std::uint64_t>(polish_.matches));
   }
 
   /// Points of each scan onto small planes of the other.
@@ -1105,106 +992,6 @@ private:
 };
 
 } // namespace
-
-DensityOptions
-patchDensityOptions(const Options& options)
-{
-  DensityOptions density;
-  density.kernel = DensityOptions::Kernel::Gaussian;
-  density.radius = options.density_radius > 0 ? options.density_radius : kDensityRadius;
-  density.max_regions = kMaxMainNormals;
-  density.silence_chord = kSilence;
-  density.min_relative_density = kMinRelativeDensity;
-  return density;
-}
-
-PatchScan
-preparePatchScan(const ScanView& scan, const Options& options, const Deadline& deadline)
-{
-  PatchScan prepared;
-  StageClock clock;
-  // Whether the time has run out by the end of a stage: then the stage itself may not be complete.
-  const auto endsIn = [&](const char* stage, std::uint64_t in, std::uint64_t out) {
-    prepared.stages.push_back(clock.lap(stage, in, out));
-    if (deadline.hasPassed())
-      prepared.unfinished = stage;
-    return !prepared.unfinished.empty();
-  };
-
-  prepared.extent = measureExtent(scan, deadline);
-  prepared.scale = sceneScale(prepared.extent);
-  prepared.origin = prepared.extent.median;
-  PatchOptions patches = options.patches;
-  // A patch of the finest level has an edge of 2^finest_level leaves; a normal radius r asks for an edge of 2 r.
-  const bool given = options.leaf > 0 || options.normal_radius > 0;
-  const auto leaf = [&] {
-    return options.leaf > 0            ? options.leaf
-           : options.normal_radius > 0 ? 2 * options.normal_radius / static_cast<double>(1 << patches.finest_level)
-                                       : kLeaf * prepared.scale;
-  };
-  ThinnedCloud cloud = thinScan(scan, leaf(), prepared.origin, 0, workers(options), deadline);
-  // Where points are sparse, patches must be larger to hold enough of them.
-  for (int step = 0; step < kMaxCoarsenings && !given && cloud.size() >= static_cast<Eigen::Index>(kMinPoints) &&
-                     pointsPerCell(cloud, patches.coarsest_level) < kMinPointsPerCell;
-       ++step) {
-    prepared.scale *= 2;
-    cloud = ThinnedCloud(); // its memory first
-    cloud = thinScan(scan, leaf(), prepared.origin, 0, workers(options), deadline);
-  }
-  if (endsIn("thinning", scan.count(), count(cloud.size())))
-    return prepared;
-
-  Eigen::Vector3d viewpoint = scan.viewpoint - prepared.origin;
-  const ViewpointMode mode = options.viewpoint_mode;
-  prepared.viewpoint_used = mode == ViewpointMode::SensorOrigin ||
-                            (mode == ViewpointMode::Auto && scan.viewpoint_is_known) ||
-                            (mode == ViewpointMode::Auto &&
-                             isPlausibleViewpoint(cloud.points, viewpoint.cast<float>(), prepared.scale, deadline));
-  if (!prepared.viewpoint_used && mode != ViewpointMode::Unused) {
-    const Eigen::Vector3f doubted = viewpoint.cast<float>();
-    const std::optional<Eigen::Vector3f> place = findViewpoint(drawPoints(scan, prepared.origin, kViewpointPoints),
-                                                               cloud.points,
-                                                               prepared.scale,
-                                                               workers(options),
-                                                               mode == ViewpointMode::Auto ? &doubted : nullptr,
-                                                               deadline);
-    prepared.viewpoint_used = prepared.viewpoint_found = place.has_value();
-    if (place)
-      viewpoint = place->cast<double>();
-  }
-  if (prepared.viewpoint_used) {
-    prepared.viewpoint = viewpoint;
-    prepared.range_image = RangeImage(cloud.points, viewpoint.cast<float>(), kCell);
-  }
-  if (endsIn("range image", count(cloud.size()), prepared.range_image.size()))
-    return prepared;
-
-  const Eigen::Vector3d* seen_from = prepared.viewpoint_used ? &viewpoint : nullptr;
-  std::vector<FineCell> cells = accumulateFineCells(cloud, patches.finest_level);
-  prepared.thickness = patches.thickness > 0 ? patches.thickness
-                                             : choosePatchThickness(cloud, cells, kThickness * prepared.scale, patches);
-  prepared.patches = extractPatches(cloud, cells, seen_from, prepared.thickness, patches);
-  if (endsIn("patches", count(cloud.size()), count(prepared.patches.size())))
-    return prepared;
-
-  prepared.main_normals = findPatchMainNormals(prepared.patches.samples, options);
-  if (endsIn("main normals", count(prepared.patches.size()), prepared.main_normals.size()))
-    return prepared;
-
-  prepared.votes = drawVotingSamples(prepared.patches.samples, prepared.main_normals, PoseSearchOptions{}.samples);
-  const Representatives coarse = drawRepresentatives(prepared.patches.samples, prepared.main_normals, kCoarsePatches);
-  prepared.coarse = selectPatches(prepared.patches, coarse.indices, coarse.weights);
-  patches.split_above = kPolishSplit;
-  patches.min_points = std::max(patches.min_points, kPolishMinPoints);
-  const PlanarPatches small = extractPatches(cloud, cells, seen_from, prepared.thickness, patches);
-  prepared.surface = drawSurfacePoints(cloud, small, kPolishPointsAPatch);
-  cells = std::vector<FineCell>(); // their memory goes before the indices need some
-  cloud = ThinnedCloud();
-  prepared.index = PatchIndex(prepared.patches, kVoxel * prepared.scale);
-  prepared.fine_index = PatchIndex(small, kFineVoxel * prepared.scale);
-  prepared.stages.push_back(clock.lap("index", count(prepared.patches.size()), count(prepared.surface.points.cols())));
-  return prepared; // complete, even if the time has run out meanwhile
-}
 
 Result
 registerPatchScans(const PatchScan& source,

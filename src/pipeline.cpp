@@ -9,7 +9,6 @@
 #include <future>
 #include <memory>
 #include <string>
-#include <thread>
 #include <utility>
 
 namespace pcl_ssfr {
@@ -73,7 +72,7 @@ prepareScan(const ScanView& scan, const Options& options, const Deadline& deadli
 std::pair<PreparedScan, PreparedScan>
 prepareScans(const ScanView& source, const ScanView& target, const Options& options, const Deadline& deadline)
 {
-  const unsigned threads = options.threads > 0 ? options.threads : std::max(1u, std::thread::hardware_concurrency());
+  const unsigned threads = threadCount(options);
   if (threads < 2) {
     PreparedScan prepared = prepareScan(source, options, deadline);
     return {std::move(prepared), prepareScan(target, options, deadline)};

@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <thread>
 
 namespace pcl_ssfr {
 namespace apps {
@@ -294,8 +293,7 @@ ViewModel::scoresAlong(const Eigen::Isometry3d& T_patches, const Eigen::Vector3d
   const VisibilityOptions visibility = judgementOptions(source_, target_, options_);
   const double step = kScoreReach / kScoreSteps * std::max({source_.extent.radius, target_.extent.radius, 1e-3});
   std::vector<ShiftScore> scores(2 * kScoreSteps + 1);
-  [[maybe_unused]] const int threads =
-      static_cast<int>(options_.threads > 0 ? options_.threads : std::max(1U, std::thread::hardware_concurrency()));
+  [[maybe_unused]] const auto threads = static_cast<int>(threadCount(options_));
 #pragma omp parallel for schedule(dynamic, 1) num_threads(threads)
   for (int i = -kScoreSteps; i <= kScoreSteps; ++i) {
     const Eigen::Isometry3d T = Eigen::Translation3d(i * step * axis) * T_patches;

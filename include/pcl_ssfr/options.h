@@ -93,6 +93,10 @@ struct Options {
 /// More threads than this are an error: a system that refuses to start them would end the process.
 constexpr unsigned kMaxThreads = 1024;
 
+/// Threads to use, >= 1: Options::threads, or all that the machine has.
+unsigned
+threadCount(const Options& options);
+
 /// The options of a profile.
 Options
 makeOptions(Profile profile);

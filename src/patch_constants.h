@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#pragma once
+
+#include <cstddef>
+
+namespace pcl_ssfr {
+
+// What the preparation of a scan and the registration of two, in the default profile, go by.
+constexpr double kThickness = 0.03;    // [m] at scale 1, of a patch, at least
+constexpr std::size_t kMinPoints = 50; // finite points of a scan
+constexpr int kPolishPointsAPatch = 4;
+
+} // namespace pcl_ssfr
