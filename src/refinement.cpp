@@ -190,7 +190,8 @@ refineMutual(const SurfacePoints& source,
   return refine(T_target_source, centre, options, [&](const Step& step, PlaneEquations& equations) {
     const Eigen::Isometry3d& T = step.T_target_source;
     const Eigen::Isometry3d T_source_target = T.inverse();
-    // Points of one scan onto the planes of the other, which \p T_planes maps into the frame of the target.
+    // Points of one scan, moved by \p T_moved, onto the planes of the other; \p addMatch puts each into the target's
+    // frame.
     const auto addPoints = [&](const SurfacePoints& surface,
                                const Eigen::Isometry3d& T_moved,
                                const PatchIndex& planes,
