@@ -4,8 +4,11 @@
 #include <pcl_ssfr/observability.h>
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/QR>
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 namespace pcl_ssfr {
 
@@ -56,6 +59,29 @@ informationMatrix(const Refinement& refinement,
   const Eigen::Matrix<double, 6, 6> information =
       A * refinement.hessian * A.transpose() / (variance * samples_per_patch);
   return 0.5 * (information + information.transpose());
+}
+
+RotationDeviation
+largestRotationDeviation(const Refinement& refinement, double noise_floor, double samples_per_patch)
+{
+  RotationDeviation largest;
+  largest.deviation = std::numeric_limits<double>::infinity();
+  // About the centre of the matches, where the numbers are small.
+  const Eigen::Matrix<double, 6, 6> information =
+      informationMatrix(refinement, -refinement.centre, noise_floor, samples_per_patch);
+  if (!information.allFinite())
+    return largest;
+  // What is left of the rotation's information when the place is free (the Schur complement).
+  const Eigen::Matrix3d coupling = information.topRightCorner<3, 3>();
+  const Eigen::Matrix3d rotation =
+      information.topLeftCorner<3, 3>() -
+      coupling * information.bottomRightCorner<3, 3>().completeOrthogonalDecomposition().solve(coupling.transpose());
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(0.5 * (rotation + rotation.transpose()));
+  largest.axis = solver.eigenvectors().col(0);
+  // Rounding leaves some information where there is none.
+  if (solver.eigenvalues()[0] > 1e-12 * information.topLeftCorner<3, 3>().trace())
+    largest.deviation = 1 / std::sqrt(solver.eigenvalues()[0]);
+  return largest;
 }
 
 } // namespace pcl_ssfr

@@ -6,9 +6,11 @@
 #include "patch_scenes.h"
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 
 namespace pcl_ssfr {
 namespace {
@@ -180,6 +182,30 @@ TEST(InformationMatrix, NoiseFloorBoundsIt)
   r.rms = 0.02;
   EXPECT_TRUE(information.isApprox(4 * informationMatrix(r, Eigen::Vector3d::Zero(), 0.01, 1), 1e-12));
   EXPECT_TRUE(informationMatrix(Refinement(), Eigen::Vector3d::Ones(), 0.01, 1).isZero());
+}
+
+TEST(RotationDeviation, IsThatOfTheCovariance)
+{
+  for (const std::uint64_t seed : {12, 13, 14}) {
+    const Refinement r = refinementOf(matchesOn({kX, kY, kZ}, 20, Eigen::Vector3d(30, -20, 5), seed));
+    const RotationDeviation turn = largestRotationDeviation(r, 0.01, 4);
+    for (const Eigen::Vector3d& origin : {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(50, 40, -30)}) {
+      const Matrix6 covariance = informationMatrix(r, origin, 0.01, 4).inverse();
+      const Eigen::Matrix3d rotation = covariance.topLeftCorner<3, 3>();
+      const double largest = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(rotation).eigenvalues()[2];
+      EXPECT_NEAR(turn.deviation, std::sqrt(largest), 1e-6 * turn.deviation);
+      EXPECT_NEAR(turn.axis.dot(rotation * turn.axis), largest, 1e-6 * largest);
+    }
+  }
+}
+
+TEST(RotationDeviation, IsInfiniteWhereNothingTells)
+{
+  // Planes across x alone tell no turn about x.
+  const RotationDeviation turn = largestRotationDeviation(refinementOf(matchesOn({kX}, 40, kX, 15)), 0.01, 1);
+  EXPECT_EQ(turn.deviation, std::numeric_limits<double>::infinity());
+  EXPECT_NEAR(std::abs(turn.axis.x()), 1, 1e-6);
+  EXPECT_EQ(largestRotationDeviation(Refinement(), 0.01, 1).deviation, std::numeric_limits<double>::infinity());
 }
 
 TEST(InformationMatrix, FarOrigin)

@@ -34,4 +34,16 @@ informationMatrix(const Refinement& refinement,
                   double noise_floor,
                   double samples_per_patch);
 
+/// How well a turn is known.
+struct RotationDeviation {
+  double deviation = 0; ///< one standard deviation [rad]; infinite where nothing tells the turn
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ(); ///< unit, target frame
+};
+
+/** \brief The turn that informationMatrix() tells least about, whatever the place; the same for every origin. The
+ * parameters are those of informationMatrix().
+ */
+RotationDeviation
+largestRotationDeviation(const Refinement& refinement, double noise_floor, double samples_per_patch);
+
 } // namespace pcl_ssfr
