@@ -20,6 +20,7 @@ namespace {
 /// Rounding slack of the test "this box lies wholly inside the sphere", relative to the squared radius.
 constexpr double kInsideSlack = 1e-12;
 constexpr std::size_t kLeafSize = 32;
+static_assert(kLeafSize % kSumGroup == 0);
 constexpr Eigen::Index kQueriesPerLook = 64; // between two looks at the clock
 
 /** \brief exp(-t) for t in [0, 4], within 1e-12 of its value: without a call and without a branch, for loops that
@@ -55,7 +56,6 @@ sumGaussians(const double* x,
              const Eigen::Vector3d& query,
              double squared_radius)
 {
-  constexpr std::size_t kGroup = 8; // sums whose order does not depend on the width of the processor's vectors
   std::array<double, kLeafSize> terms{};
   const double qx = query.x(), qy = query.y(), qz = query.z();
   const double factor = 4 / squared_radius;
@@ -65,11 +65,11 @@ sumGaussians(const double* x,
     const double weight = squared <= squared_radius ? weights[i] : 0;
     terms[i] = weight * expOfMinus(std::min(squared, squared_radius) * factor);
   }
-  std::array<double, kGroup> sums{};
-  for (std::size_t i = 0; i < kLeafSize; i += kGroup)
-    for (std::size_t k = 0; k < kGroup; ++k)
+  GroupSums sums{};
+  for (std::size_t i = 0; i < kLeafSize; i += kSumGroup)
+    for (std::size_t k = 0; k < kSumGroup; ++k)
       sums[k] += terms[i + k];
-  return ((sums[0] + sums[4]) + (sums[1] + sums[5])) + ((sums[2] + sums[6]) + (sums[3] + sums[7]));
+  return total(sums);
 }
 
 /** \brief Tree of tight boxes over weighted points: exact weight sums in spheres without visiting the points of boxes

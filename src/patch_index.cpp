@@ -151,7 +151,7 @@ PatchIndex::PatchIndex(const PlanarPatches& patches, double voxel, std::size_t m
         std::uint32_t& block = blocks_[static_cast<std::size_t>(blockOf(x, y, z))];
         if (block == 0)
           block = used++;
-        voxels.push_back((block << (3 * kBlockBits)) | static_cast<std::uint32_t>(voxelInBlock(x, y, z)));
+        voxels.push_back(static_cast<std::uint32_t>(joined(block, voxelInBlock(x, y, z))));
       }
     });
     ends.push_back(voxels.size());

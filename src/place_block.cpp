@@ -11,14 +11,14 @@ namespace {
 
 template <typename Scalar>
 [[gnu::always_inline]] inline void
-moveInto(PlaceBlock& block, const Scalar* places, const Scalar* normals, std::size_t n, const Eigen::Isometry3d& T)
+moveInto(PlaceBlock& block, const Scalar* places, const Scalar* normals, Eigen::Index n, const Eigen::Isometry3d& T)
 {
   std::array<double, 12> m; // rows of the rotation with the translation
   for (int row = 0; row < 3; ++row)
     for (int column = 0; column < 4; ++column)
       m[static_cast<std::size_t>(4 * row + column)] = T.matrix()(row, column);
-  block.count = n;
-  for (std::size_t i = 0; i < n; ++i) {
+  block.count = static_cast<std::size_t>(n);
+  for (std::size_t i = 0; i < block.count; ++i) {
     const auto x = static_cast<double>(places[3 * i]);
     const auto y = static_cast<double>(places[3 * i + 1]);
     const auto z = static_cast<double>(places[3 * i + 2]);
@@ -26,7 +26,7 @@ moveInto(PlaceBlock& block, const Scalar* places, const Scalar* normals, std::si
     block.y[i] = m[4] * x + m[5] * y + m[6] * z + m[7];
     block.z[i] = m[8] * x + m[9] * y + m[10] * z + m[11];
   }
-  for (std::size_t i = 0; i < n; ++i) {
+  for (std::size_t i = 0; i < block.count; ++i) {
     const auto x = static_cast<double>(normals[3 * i]);
     const auto y = static_cast<double>(normals[3 * i + 1]);
     const auto z = static_cast<double>(normals[3 * i + 2]);
@@ -36,38 +36,18 @@ moveInto(PlaceBlock& block, const Scalar* places, const Scalar* normals, std::si
   }
 }
 
-PCL_SSFR_VECTOR_CLONES void
-moveDoubles(PlaceBlock& block, const double* places, const double* normals, std::size_t n, const Eigen::Isometry3d& T)
-{
-  moveInto(block, places, normals, n, T);
-}
-
-PCL_SSFR_VECTOR_CLONES void
-moveFloats(PlaceBlock& block, const float* places, const float* normals, std::size_t n, const Eigen::Isometry3d& T)
-{
-  moveInto(block, places, normals, n, T);
-}
-
 } // namespace
 
-void
-PlaceBlock::move(const Eigen::Matrix3Xd& places,
-                 const Eigen::Matrix3Xd& normals,
-                 Eigen::Index first,
-                 Eigen::Index n,
-                 const Eigen::Isometry3d& T)
+PCL_SSFR_VECTOR_CLONES void
+PlaceBlock::move(const double* places, const double* normals, Eigen::Index n, const Eigen::Isometry3d& T)
 {
-  moveDoubles(*this, places.data() + 3 * first, normals.data() + 3 * first, static_cast<std::size_t>(n), T);
+  moveInto(*this, places, normals, n, T);
 }
 
-void
-PlaceBlock::move(const Eigen::Matrix3Xf& places,
-                 const Eigen::Matrix3Xf& normals,
-                 Eigen::Index first,
-                 Eigen::Index n,
-                 const Eigen::Isometry3d& T)
+PCL_SSFR_VECTOR_CLONES void
+PlaceBlock::move(const float* places, const float* normals, Eigen::Index n, const Eigen::Isometry3d& T)
 {
-  moveFloats(*this, places.data() + 3 * first, normals.data() + 3 * first, static_cast<std::size_t>(n), T);
+  moveInto(*this, places, normals, n, T);
 }
 
 void

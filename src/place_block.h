@@ -25,19 +25,22 @@ struct PlaceBlock {
   Doubles nx, ny, nz; ///< their normals
   std::size_t count = 0;
 
-  /** \brief Fill from columns [\p first, \p first + \p n) of places and normals, \p n at most kSize. */
+  /// Fill with \p n places and normals, at most kSize, x, y and z of each side by side, moved by \p T.
   void
-  move(const Eigen::Matrix3Xd& places,
-       const Eigen::Matrix3Xd& normals,
-       Eigen::Index first,
-       Eigen::Index n,
-       const Eigen::Isometry3d& T);
+  move(const double* places, const double* normals, Eigen::Index n, const Eigen::Isometry3d& T);
   void
-  move(const Eigen::Matrix3Xf& places,
-       const Eigen::Matrix3Xf& normals,
-       Eigen::Index first,
-       Eigen::Index n,
-       const Eigen::Isometry3d& T);
+  move(const float* places, const float* normals, Eigen::Index n, const Eigen::Isometry3d& T);
+
+  Eigen::Vector3d
+  place(std::size_t i) const
+  {
+    return {x[i], y[i], z[i]};
+  }
+  Eigen::Vector3d
+  normal(std::size_t i) const
+  {
+    return {nx[i], ny[i], nz[i]};
+  }
 
   /// The patches that the places meet, into the \p count elements of \p found; -1: none.
   void

@@ -17,24 +17,24 @@ namespace {
 constexpr double kFreeMotion = 1e-6; // eigenvalues below this share of the largest are motions left free
 
 using Doubles = PlaceBlock::Doubles;
-constexpr std::size_t kGroup = PlaneMatches::kGroup;
-static_assert(PlaceBlock::kSize % kGroup == 0);
+// Loops read whole groups.
+static_assert(PlaceBlock::kSize % kSumGroup == 0);
 
-/// Sum of the products of two columns, whose order does not depend on the width of the processor's vectors.
+/// Sum of the products of two columns.
 [[gnu::always_inline]] inline double
 dot(const Doubles& a, const Doubles& b, std::size_t padded)
 {
-  std::array<double, kGroup> sums{};
-  for (std::size_t i = 0; i < padded; i += kGroup)
-    for (std::size_t k = 0; k < kGroup; ++k)
+  GroupSums sums{};
+  for (std::size_t i = 0; i < padded; i += kSumGroup)
+    for (std::size_t k = 0; k < kSumGroup; ++k)
       sums[k] += a[i + k] * b[i + k];
-  return ((sums[0] + sums[4]) + (sums[1] + sums[5])) + ((sums[2] + sums[6]) + (sums[3] + sums[7]));
+  return total(sums);
 }
 
 std::size_t
 paddedCount(const PlaneMatches& matches)
 {
-  return (matches.count + kGroup - 1) / kGroup * kGroup;
+  return (matches.count + kSumGroup - 1) / kSumGroup * kSumGroup;
 }
 
 } // namespace

@@ -40,8 +40,6 @@ struct PlaneEquations {
 
 /// Places that met planes: at most as many as a PlaceBlock holds.
 struct PlaneMatches {
-  // Loops read whole groups of this many: what is beyond the count must be 0.
-  static constexpr std::size_t kGroup = 8;
   using Doubles = PlaceBlock::Doubles;
 
   Doubles px, py, pz; ///< place relative to the centre [m]

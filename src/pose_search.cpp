@@ -49,16 +49,15 @@ struct FacingSurface {
 PCL_SSFR_VECTOR_CLONES FacingSurface
 facingSurface(const OrientedSamples& samples, const Eigen::Vector3d& axis, double min_cos)
 {
-  constexpr std::size_t kGroup = 8; // sums whose order does not depend on the width of the processor's vectors
-  std::array<double, kGroup> along{}, against{};
+  GroupSums along{}, against{};
   const double ax = axis.x(), ay = axis.y(), az = axis.z();
   const double* const normals = samples.normals.data();
   const double* const weights = samples.weights.data();
   const auto n = static_cast<std::size_t>(samples.size());
   const double sign = samples.oriented ? -1 : 1; // of the other side's cosine
-  std::array<double, kGroup> cosines;
-  for (std::size_t first = 0; first < n; first += kGroup) {
-    const std::size_t count = std::min(kGroup, n - first);
+  std::array<double, kSumGroup> cosines;
+  for (std::size_t first = 0; first < n; first += kSumGroup) {
+    const std::size_t count = std::min(kSumGroup, n - first);
     for (std::size_t k = 0; k < count; ++k) {
       const double* const m = normals + 3 * (first + k);
       cosines[k] = m[0] * ax + m[1] * ay + m[2] * az;
@@ -69,12 +68,7 @@ facingSurface(const OrientedSamples& samples, const Eigen::Vector3d& axis, doubl
       against[k] += sign * c > min_cos ? weights[first + k] : 0;
     }
   }
-  FacingSurface facing;
-  for (std::size_t k = 0; k < kGroup; ++k) {
-    facing.along += along[k];
-    facing.against += against[k];
-  }
-  return facing;
+  return {total(along), total(against)};
 }
 
 /// Surface of the two scans that can meet along an axis: facing +axis in both plus facing -axis in both.
@@ -146,15 +140,14 @@ public:
       : index_(index), image_(image), options_(options)
   {
     const Eigen::Matrix3f rotation = R.cast<float>();
-    const auto add = [&](Eigen::Index stride, Eigen::Index added) {
+    // Every stride-th of the samples, those of the stride before left out; 0: none came before.
+    const auto add = [&](Eigen::Index stride, Eigen::Index before) {
       for (Eigen::Index i = 0; i < votes.points.cols(); i += stride)
-        if (i % added != 0)
+        if (before == 0 || i % before != 0)
           probes_.add(rotation * votes.points.col(i), rotation * votes.normals.col(i));
       return probes_.x.size();
     };
-    for (Eigen::Index i = 0; i < votes.points.cols(); i += kGlanceStride)
-      probes_.add(rotation * votes.points.col(i), rotation * votes.normals.col(i));
-    glanced_ = probes_.x.size();
+    glanced_ = add(kGlanceStride, 0);
     screened_ = add(kScreeningStride, kGlanceStride);
     add(1, kScreeningStride);
   }

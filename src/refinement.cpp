@@ -52,6 +52,33 @@ addInBlocks(Eigen::Index count, int threads, PlaneEquations& equations, const Ad
     equations += sum;
 }
 
+/// Call \p visit(i, p, n, meeting) for those of \p count places from column \p first on that meet a plane: p and n are
+/// place i and its normal after the motion; \p found holds the plane of every place.
+template <typename Columns, typename Visit>
+void
+forEachMeeting(const Columns& points,
+               const Columns& normals,
+               const Eigen::Isometry3d& T_moved,
+               Eigen::Index first,
+               Eigen::Index count,
+               const PatchIndex& planes,
+               const Step& step,
+               std::vector<int>& found,
+               const Visit& visit)
+{
+  PlaceBlock places;
+  places.move(points.col(first).data(), normals.col(first).data(), count, T_moved);
+  int* const found_here = &found[static_cast<std::size_t>(first)];
+  if (step.find_matches)
+    places.find(planes, step.tolerance, found_here);
+  for (std::size_t k = 0; k < places.count; ++k) {
+    if (found_here[k] < 0)
+      continue;
+    const Eigen::Vector3d p = places.place(k);
+    visit(first + static_cast<Eigen::Index>(k), p, places.normal(k), planes.meet(found_here[k], p));
+  }
+}
+
 /// The loop that both refinements share; \p accumulate(step, equations) adds the matches.
 template <typename Accumulate>
 Refinement
@@ -124,26 +151,16 @@ refinePatches(const PlanarPatches& source,
   return refine(T_target_source, centre, options, [&](const Step& step, PlaneEquations& equations) {
     const Eigen::Isometry3d& T = step.T_target_source;
     addInBlocks(source.size(), 1, equations, [&](Eigen::Index first, Eigen::Index count, PlaneEquations& sum) {
-      PlaceBlock places;
-      places.move(source.samples.points, source.samples.normals, first, count, T);
-      if (step.find_matches)
-        places.find(target, step.tolerance, &found[static_cast<std::size_t>(first)]);
       PlaneMatches matches;
       MatchSpread along, across;
-      for (std::size_t k = 0; k < places.count; ++k) {
-        const Eigen::Index i = first + static_cast<Eigen::Index>(k);
-        const int match = found[static_cast<std::size_t>(i)];
-        if (match < 0)
-          continue;
-        const Eigen::Vector3d p(places.x[k], places.y[k], places.z[k]);
-        const PatchIndex::Meeting at = target.meet(match, p);
-        const Eigen::Vector3d major = T.linear() * source.majors.col(i);
-        along.set(matches.count, source.samples.extents[i] / kHalfWidth * major);
-        across.set(matches.count,
-                   source.half_minors[i] / kHalfWidth *
-                       Eigen::Vector3d(places.nx[k], places.ny[k], places.nz[k]).cross(major));
-        matches.add(p - centre, at.normal, at.distance, source.samples.weights[i] / at.variance);
-      }
+      const auto add =
+          [&](Eigen::Index i, const Eigen::Vector3d& p, const Eigen::Vector3d& normal, const PatchIndex::Meeting& at) {
+            const Eigen::Vector3d major = T.linear() * source.majors.col(i);
+            along.set(matches.count, source.samples.extents[i] / kHalfWidth * major);
+            across.set(matches.count, source.half_minors[i] / kHalfWidth * normal.cross(major));
+            matches.add(p - centre, at.normal, at.distance, source.samples.weights[i] / at.variance);
+          };
+      forEachMeeting(source.samples.points, source.samples.normals, T, first, count, target, step, found, add);
       addMatches(matches, step.scale, step.farthest(), sum);
       addSpread(matches, along, sum);
       addSpread(matches, across, sum);
@@ -189,32 +206,20 @@ refineMutual(const SurfacePoints& source,
   std::vector<int> found_of_target(static_cast<std::size_t>(target.points.cols()), -1);
   return refine(T_target_source, centre, options, [&](const Step& step, PlaneEquations& equations) {
     const Eigen::Isometry3d& T = step.T_target_source;
-    const Eigen::Isometry3d T_source_target = T.inverse();
-    // Points of one scan, moved by \p T_moved, onto the planes of the other; \p addMatch puts each into the target's
-    // frame.
     const auto addPoints = [&](const SurfacePoints& surface,
                                const Eigen::Isometry3d& T_moved,
                                const PatchIndex& planes,
                                std::vector<int>& found,
                                const auto& addMatch) {
-      addInBlocks(surface.points.cols(),
-                  options.threads,
-                  equations,
-                  [&](Eigen::Index first, Eigen::Index count, PlaneEquations& sum) {
-                    PlaceBlock places;
-                    places.move(surface.points, surface.normals, first, count, T_moved);
-                    int* const found_here = &found[static_cast<std::size_t>(first)];
-                    if (step.find_matches)
-                      places.find(planes, step.tolerance, found_here);
-                    PlaneMatches matches;
-                    for (std::size_t k = 0; k < places.count; ++k) {
-                      if (found_here[k] < 0)
-                        continue;
-                      const Eigen::Vector3d p(places.x[k], places.y[k], places.z[k]);
-                      addMatch(matches, first + static_cast<Eigen::Index>(k), p, planes.meet(found_here[k], p));
-                    }
-                    addMatches(matches, step.scale, step.farthest(), sum);
-                  });
+      const auto addBlock = [&](Eigen::Index first, Eigen::Index count, PlaneEquations& sum) {
+        PlaneMatches matches;
+        const auto add = [&](Eigen::Index i, const auto& p, const auto&, const auto& at) {
+          addMatch(matches, i, p, at);
+        };
+        forEachMeeting(surface.points, surface.normals, T_moved, first, count, planes, step, found, add);
+        addMatches(matches, step.scale, step.farthest(), sum);
+      };
+      addInBlocks(surface.points.cols(), options.threads, equations, addBlock);
     };
     addPoints(source,
               T,
@@ -225,14 +230,12 @@ refineMutual(const SurfacePoints& source,
               });
     // The other way round it is the plane that moves: its distance to a fixed point shrinks along its normal.
     addPoints(target,
-              T_source_target,
+              T.inverse(),
               source_planes,
               found_of_target,
               [&](PlaneMatches& matches, Eigen::Index i, const Eigen::Vector3d&, const PatchIndex::Meeting& at) {
-                matches.add(target.points.col(i).cast<double>() - centre,
-                            T.linear() * at.normal,
-                            -at.distance,
-                            1 / at.variance);
+                const Eigen::Vector3d q = target.points.col(i).cast<double>();
+                matches.add(q - centre, T.linear() * at.normal, -at.distance, 1 / at.variance);
               });
   });
 }

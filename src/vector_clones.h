@@ -3,6 +3,9 @@
 
 #pragma once
 
+#include <array>
+#include <cstddef>
+
 /** \brief Before a function with loops over plain arrays: it is compiled for wider vectors too, and the processor
  * chooses when the library is loaded. The bits are the same: no fused multiply-add, no reordering.
  */
@@ -12,3 +15,18 @@
 #else
 #define PCL_SSFR_VECTOR_CLONES
 #endif
+
+namespace pcl_ssfr {
+
+/// Loops that add keep so many sums, whatever the width of the processor's vectors: then their order is always the
+/// same.
+constexpr std::size_t kSumGroup = 8;
+using GroupSums = std::array<double, kSumGroup>;
+
+[[gnu::always_inline]] inline double
+total(const GroupSums& sums)
+{
+  return ((sums[0] + sums[4]) + (sums[1] + sums[5])) + ((sums[2] + sums[6]) + (sums[3] + sums[7]));
+}
+
+} // namespace pcl_ssfr

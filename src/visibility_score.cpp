@@ -62,13 +62,15 @@ collectEvidence(const OrientedSamples& samples,
   PlaceBlock places;
   std::array<int, PlaceBlock::kSize> found;
   for (Eigen::Index first = 0; first < samples.size(); first += PlaceBlock::kSize) {
-    places.move(
-        samples.points, samples.normals, first, std::min<Eigen::Index>(PlaceBlock::kSize, samples.size() - first), T);
+    places.move(samples.points.col(first).data(),
+                samples.normals.col(first).data(),
+                std::min<Eigen::Index>(PlaceBlock::kSize, samples.size() - first),
+                T);
     places.find(index, options.match, found.data());
     for (std::size_t i = 0; i < places.count; ++i) {
       const double weight = samples.weights[first + static_cast<Eigen::Index>(i)];
       evidence.total += weight;
-      const Eigen::Vector3d normal(places.nx[i], places.ny[i], places.nz[i]);
+      const Eigen::Vector3d normal = places.normal(i);
       if (found[i] >= 0) {
         evidence.matched += weight;
         evidence.matched_normals.noalias() += weight * normal * normal.transpose();
@@ -76,8 +78,7 @@ collectEvidence(const OrientedSamples& samples,
       }
       if (!image)
         continue;
-      const Eigen::Vector3f ray =
-          Eigen::Vector3d(places.x[i], places.y[i], places.z[i]).cast<float>() - image->viewpoint();
+      const Eigen::Vector3f ray = places.place(i).cast<float>() - image->viewpoint();
       const float range = ray.norm();
       if (!(range > 0))
         continue;

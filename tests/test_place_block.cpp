@@ -33,8 +33,9 @@ TEST(PlaceBlock, MovesAsTheTransformDoes)
   T.linear() = testing::randomRotation(random);
   T.translation() = Eigen::Vector3d(30, -20, 1000);
   PlaceBlock block, rounded;
-  block.move(places, normals, kFirst, kCount, T);
-  rounded.move(Eigen::Matrix3Xf(places.cast<float>()), Eigen::Matrix3Xf(normals.cast<float>()), kFirst, kCount, T);
+  block.move(places.col(kFirst).data(), normals.col(kFirst).data(), kCount, T);
+  const Eigen::Matrix3Xf rounded_places = places.cast<float>(), rounded_normals = normals.cast<float>();
+  rounded.move(rounded_places.col(kFirst).data(), rounded_normals.col(kFirst).data(), kCount, T);
   ASSERT_EQ(block.count, static_cast<std::size_t>(kCount));
   ASSERT_EQ(rounded.count, block.count);
   for (std::size_t i = 0; i < block.count; ++i) {
@@ -45,7 +46,7 @@ TEST(PlaceBlock, MovesAsTheTransformDoes)
     EXPECT_LT((Eigen::Vector3d(rounded.x[i], rounded.y[i], rounded.z[i]) - p).norm(), 1e-3);
     EXPECT_LT((Eigen::Vector3d(rounded.nx[i], rounded.ny[i], rounded.nz[i]) - n).norm(), 1e-5);
   }
-  block.move(places, normals, 0, 0, T);
+  block.move(places.data(), normals.data(), 0, T);
   EXPECT_EQ(block.count, 0U);
 }
 
@@ -57,7 +58,7 @@ TEST(PlaceBlock, FindsWhatTheIndexFinds)
   PatchIndex::Tolerance tolerance;
   tolerance.min_cos = 0.5f;
   PlaceBlock block;
-  block.move(places, normals, kFirst, kCount, Eigen::Isometry3d::Identity());
+  block.move(places.col(kFirst).data(), normals.col(kFirst).data(), kCount, Eigen::Isometry3d::Identity());
   std::array<int, PlaceBlock::kSize> found{};
   block.find(index, tolerance, found.data());
   int some = 0;

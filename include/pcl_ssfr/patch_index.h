@@ -106,8 +106,7 @@ public:
   Eigen::Vector3f
   centroid(int i) const
   {
-    const Plane& plane = planes_[static_cast<std::size_t>(i)];
-    return {plane.x[3], plane.y[3], plane.z[3]};
+    return planes_[static_cast<std::size_t>(i)].column(3);
   }
   /// Unit normal of patch \p i.
   Eigen::Vector3f
@@ -175,13 +174,19 @@ private:
   std::size_t
   voxelOf(const Located& located, std::size_t i) const
   {
-    const std::uint32_t block = blocks_[static_cast<std::size_t>(located.block[i])];
-    return (static_cast<std::size_t>(block) << (3 * kBlockBits)) | static_cast<std::size_t>(located.voxel[i]);
+    return joined(blocks_[static_cast<std::size_t>(located.block[i])], located.voxel[i]);
   }
 
   int
   findIn(std::size_t voxel, const Eigen::Vector3f& p, const Eigen::Vector3f& n, const Tolerance& tolerance) const;
 
+  /// The voxel of the grid that has a number within a block.
+  static std::size_t
+  joined(std::uint32_t block, int voxel_in_block)
+  {
+    return (static_cast<std::size_t>(block) << (3 * kBlockBits)) | static_cast<std::size_t>(voxel_in_block);
+  }
+  /// -1: outside of the grid.
   std::int64_t
   voxelAt(const Eigen::Vector3f& p) const
   {
@@ -189,13 +194,8 @@ private:
     if (!((v >= 0.f).all() && (v < dims_.cast<float>().array()).all()))
       return -1;
     const Eigen::Array3i i = v.cast<int>();
-    return voxelOf(i.x(), i.y(), i.z());
-  }
-  std::int64_t
-  voxelOf(int x, int y, int z) const
-  {
-    const std::uint32_t block = blocks_[static_cast<std::size_t>(blockOf(x, y, z))];
-    return (static_cast<std::int64_t>(block) << (3 * kBlockBits)) | voxelInBlock(x, y, z);
+    return static_cast<std::int64_t>(
+        joined(blocks_[static_cast<std::size_t>(blockOf(i.x(), i.y(), i.z()))], voxelInBlock(i.x(), i.y(), i.z())));
   }
   int
   blockOf(int x, int y, int z) const
