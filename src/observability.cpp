@@ -79,8 +79,10 @@ largestRotationDeviation(const Refinement& refinement, double noise_floor, doubl
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(0.5 * (rotation + rotation.transpose()));
   largest.axis = solver.eigenvectors().col(0);
   // Rounding leaves some information where there is none.
-  if (solver.eigenvalues()[0] > 1e-12 * information.topLeftCorner<3, 3>().trace())
+  if (solver.eigenvalues()[0] > 1e-12 * information.topLeftCorner<3, 3>().trace()) {
     largest.deviation = 1 / std::sqrt(solver.eigenvalues()[0]);
+    largest.strength = solver.eigenvalues()[0] / solver.eigenvalues()[2];
+  }
   return largest;
 }
 

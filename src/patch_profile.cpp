@@ -859,6 +859,13 @@ private:
   }
 
   void
+  failUnobservable(const std::string& message)
+  {
+    result_.confidence = std::min(result_.confidence, kUnobservableConfidence);
+    fail(Status::Unobservable, message);
+  }
+
+  void
   decideOnEvidence(std::size_t equals)
   {
     const Candidate& best = result_.candidates.front();
@@ -868,7 +875,6 @@ private:
     }
     if (!result_.unobservable.empty()) {
       const UnobservableDirection& u = result_.unobservable.front();
-      result_.confidence = std::min(result_.confidence, kUnobservableConfidence);
       char text[200];
       std::snprintf(text,
                     sizeof(text),
@@ -877,13 +883,13 @@ private:
                     u.direction.x(),
                     u.direction.y(),
                     u.direction.z());
-      fail(Status::Unobservable, text);
+      failUnobservable(text);
       return;
     }
     if (polish_.matches > 0 && !prior_ && !options_.gravity) { // a prior binds the rotation too
       const RotationDeviation turn = largestRotationDeviation(polish_, kNoiseFloor * scale_, kPolishPointsAPatch);
       if (turn.deviation > kMaxRotationDeviation) {
-        result_.confidence = std::min(result_.confidence, kUnobservableConfidence);
+        result_.unobservable.push_back({turn.axis, true, turn.strength});
         char text[200];
         std::snprintf(text,
                       sizeof(text),
@@ -893,7 +899,7 @@ private:
                       turn.axis.y(),
                       turn.axis.z(),
                       turn.deviation * 180 / kPi);
-        fail(Status::Unobservable, text);
+        failUnobservable(text);
         return;
       }
     }

@@ -110,6 +110,33 @@ TEST(Corridor, WithoutAnEndIsNoMatchOfRings)
 }
 
 // ---------------------------------------------------------------------------------------------------------------------
+// Level rings
+
+TEST(LevelRings, ATiltThatIsHardlyKnownIsNamedAndNotBelieved)
+{
+  // Sixteen rings in small rooms see the walls at one height and neither floor nor ceiling.
+  simulation::DatasetPlan plan = planScans("apartment", "velodyne_vlp16", 2, 0, 13);
+  plan.trajectory.step = 1.5;
+  const std::vector<PosedScan> scans = takeScans(plan);
+  const Eigen::Vector3d up_source = scans[1].T_world_scan.linear().row(2);
+  const Eigen::Vector3d up_target = scans[0].T_world_scan.linear().row(2);
+
+  const Result result = registerPosedScans(scans[1], scans[0]).result;
+  EXPECT_EQ(result.status, Status::Unobservable) << describe(result);
+  ASSERT_EQ(result.unobservable.size(), 1u);
+  EXPECT_TRUE(result.unobservable[0].rotation);
+  EXPECT_LT(std::abs(result.unobservable[0].direction.dot(up_target)), 0.5);
+  EXPECT_GT(result.unobservable[0].strength, 0);
+
+  // Who knows the vertical knows the tilt.
+  Options options = defaultOptions();
+  options.gravity = GravityPrior{up_source, up_target};
+  const PairOutcome told = registerPosedScans(scans[1], scans[0], options);
+  EXPECT_TRUE(told.result.accepted() && told.right) << describe(told.result);
+  EXPECT_TRUE(told.result.unobservable.empty());
+}
+
+// ---------------------------------------------------------------------------------------------------------------------
 // Repetition
 
 TEST(Repetition, StoreysAreToldApart)

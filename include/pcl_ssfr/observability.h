@@ -38,6 +38,7 @@ informationMatrix(const Refinement& refinement,
 struct RotationDeviation {
   double deviation = 0; ///< one standard deviation [rad]; infinite where nothing tells the turn
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ(); ///< unit, target frame
+  double strength = 0; ///< information about it relative to the best determined turn, [0, 1]
 };
 
 /** \brief The turn that informationMatrix() tells least about, whatever the place; the same for every origin. The
