@@ -440,7 +440,7 @@ run(const std::vector<std::string>& folders, Settings settings)
       if (settings.features) {
         const auto& cs = o.result.candidates;
         for (std::size_t k = 0; k < cs.size(); ++k)
-          std::printf("CAND %s %zu %zu %d %.5f %.5f %.5f %.5f %.5f %.5f %.5f\n",
+          std::printf("CAND %s %zu %zu %d %.5f %.5f %.5f %.5f %.5f %.5f %.5f %.5f %d\n",
                       set.c_str(),
                       i,
                       k,
@@ -450,8 +450,10 @@ run(const std::vector<std::string>& folders, Settings settings)
                       cs[k].contradiction,
                       cs[k].evidence.unmatched,
                       cs[k].evidence.weakest_direction,
-                      cs[k].evidence.tightness,
-                      cs[k].evidence.third_direction);
+                      cs[k].evidence.third_direction,
+                      cs[k].evidence.patches_matched,
+                      cs[k].evidence.patches_contradicted,
+                      o.result.source_viewpoint_used && o.result.target_viewpoint_used ? 1 : 0);
       }
       if (settings.verbose || settings.failed) {
         const auto& c = o.result.candidates;

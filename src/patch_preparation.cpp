@@ -211,8 +211,9 @@ preparePatchScan(const ScanView& scan, const Options& options, const Deadline& d
     return prepared;
 
   prepared.votes = drawVotingSamples(prepared.patches.samples, prepared.main_normals, PoseSearchOptions{}.samples);
-  const Representatives coarse = drawRepresentatives(prepared.patches.samples, prepared.main_normals, kCoarsePatches);
-  prepared.coarse = selectPatches(prepared.patches, coarse.indices, coarse.weights);
+  prepared.coarse = selectPatches(prepared.patches,
+                                  drawRepresentatives(prepared.patches.samples, prepared.main_normals, kCoarsePatches));
+  prepared.coarse.samples.weights.setOnes(); // each stands for others, small and large ones
   patches.split_above = kPolishSplit;
   patches.min_points = std::max(patches.min_points, kPolishMinPoints);
   const PlanarPatches small = extractPatches(cloud, cells, seen_from, prepared.thickness, patches);

@@ -38,7 +38,6 @@ constexpr double kPolishReach = 0.3; // of the polish
 constexpr double kPolishFinal = 0.1;
 constexpr double kLooseMatch = 0.2;   // plane distance of a match after the coarse refinement ...
 constexpr double kMatch = 0.1;        // ... after the fine one ...
-constexpr double kTightMatch = 0.03;  // ... and when it meets within the noise
 constexpr double kLateral = 0.3;      // beyond the edge of a patch
 constexpr double kFreeMargin = 0.3;   // of the free space
 constexpr double kNoiseFloor = 0.001; // least standard deviation of plane distances
@@ -48,13 +47,12 @@ constexpr double kPairAngle = 0.07; // inner angles of pairs agree within this; 
 constexpr double kRefitAngle = 0.12;
 constexpr double kLooseNormals = 0.5; // normals of a match: in the search ...
 constexpr double kNormals = 0.35;     // ... after the fine refinement ...
-constexpr double kTightNormals = 0.2; // ... and when they agree within the noise
 constexpr double kDistinctAngle = 0.05;
 constexpr double kGravityMargin = 0.01; // of refined poses beyond the tolerance of the prior: noise of scans and prior
 
 constexpr double kRoundShare = 0.3; // of the surface that faces across an axis for the scene to be round about it ...
 constexpr double kRoundFullShare = 0.6;     // ... and of that, so much at most in the fullest third of all directions
-constexpr double kContradictionWeight = 12; // of the score: contradictions are rare and precious (METHOD point 14b)
+constexpr double kContradictionWeight = 10; // of the score: contradictions are rare and precious (METHOD point 14b)
 
 /// How hard the search tries; the second effort is made only when the first finds nothing acceptable.
 struct Effort {
@@ -87,7 +85,6 @@ struct JudgedPose {
   Eigen::Isometry3d T_target_source = Eigen::Isometry3d::Identity();
   SurfaceEvidence evidence;
   double score = 0;
-  std::optional<double> tightness; ///< share of the matched surface that meets within the noise, where it was measured
   bool from_guess = false;
 };
 
@@ -257,7 +254,6 @@ public:
     if (refine)
       pose.T_target_source = refineOnPatches(pose.T_target_source);
     judgeFinely(pose);
-    measureTightness(pose);
     return makeCandidate(pose);
   }
 
@@ -395,24 +391,14 @@ private:
   judge(JudgedPose& pose, double distance, double angle) const
   {
     pose.evidence = evidence(pose.T_target_source, visibility(distance, angle));
-    const double total = std::max(pose.evidence.total, 1e-12);
-    pose.score = (pose.evidence.matched - kContradictionWeight * pose.evidence.contradicted) / total;
+    const Voices& voices = pose.evidence.voices;
+    pose.score = (voices.matched - kContradictionWeight * voices.contradicted) / std::max(voices.total, 1e-12);
   }
 
   void
   judgeFinely(JudgedPose& pose) const
   {
     judge(pose, matchDistance(), kNormals);
-    pose.tightness.reset();
-  }
-
-  void
-  measureTightness(JudgedPose& pose) const
-  {
-    if (pose.tightness || !(pose.evidence.matched > 0))
-      return;
-    const double tight = kTightMatch / kMatch * matchDistance();
-    pose.tightness = evidence(pose.T_target_source, visibility(tight, kTightNormals)).matched / pose.evidence.matched;
   }
 
   /// Whether a rotation agrees with the gravity prior, where there is one, within its tolerance and at least \p least
@@ -531,7 +517,8 @@ private:
     if (poses.empty())
       return false;
     const JudgedPose& best = poses.front();
-    return best.score > kClearScore && best.score * best.evidence.total > kClearShare * best.evidence.matched;
+    const Voices& voices = best.evidence.voices;
+    return best.score > kClearScore && best.score * voices.total > kClearShare * voices.matched;
   }
 
   /// How many of the poses, which are sorted by their votes, are refined first.
@@ -807,8 +794,10 @@ private:
       return candidate;
     candidate.overlap = pose.evidence.matched / pose.evidence.total;
     candidate.contradiction = pose.evidence.contradicted / pose.evidence.total;
+    const Voices& voices = pose.evidence.voices;
+    candidate.evidence.patches_matched = voices.matched / voices.total;
+    candidate.evidence.patches_contradicted = voices.contradicted / voices.total;
     candidate.evidence.unmatched = pose.evidence.unmatched / pose.evidence.total;
-    candidate.evidence.tightness = pose.tightness.value_or(0);
     candidate.evidence.weakest_direction = weakestMatchedShare(pose.evidence);
     candidate.evidence.third_direction =
         std::max(0.0, Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(pose.evidence.matched_normals).eigenvalues()[0]) /
@@ -822,11 +811,6 @@ private:
   {
     const auto listed =
         static_cast<std::ptrdiff_t>(std::min(poses.size(), static_cast<std::size_t>(options_.max_candidates)));
-    forEachPose(poses, [&](JudgedPose& pose) {
-      const std::ptrdiff_t rank = &pose - poses.data();
-      if (rank == 0 || (rank < listed && !outOfTime()))
-        measureTightness(pose);
-    });
     result_.candidates.clear();
     for (auto pose = poses.begin(); pose != poses.begin() + listed; ++pose)
       result_.candidates.push_back(makeCandidate(*pose));
@@ -834,7 +818,7 @@ private:
     double rival = -1;
     for (std::size_t i = 1; i < poses.size(); ++i)
       rival = std::max(rival, poses[i].score);
-    const double ratio = rival / std::max(best.score, 0.02);
+    const double ratio = rival / std::max(best.score, 1e-9);
 
     result_.T_target_source = best.T_target_source;
     result_.overlap = best.overlap;
@@ -981,14 +965,14 @@ private:
       0.9; // share of the score that a refinement, which makes the pose more exact, may cost
   static constexpr std::size_t kFirstRotations = 6;
   static constexpr double kClearScore = 0.3;
-  static constexpr double kClearShare = 0.65; // of the matched surface, that contradictions leave of the score
+  static constexpr double kClearShare = 0.65; // of the matched voices, that contradictions leave of the score
   static constexpr std::size_t kSweepAxes = 2;
   static constexpr int kSweepSteps = 80;        // 4.5 degrees: half of it is well within reach of the refinement
   static constexpr double kPolishLateral = 0.1; // [m] at scale 1
   static constexpr double kSameSensor = 0.1;    // [m] at scale 1
   static constexpr double kSensorOnSensorRatio =
       0.85;                                    // of the best score: a rival of a pose that lays sensor on sensor
-  static constexpr double kPatternRatio = 0.7; // the same where the scene hardly tells the place along a direction ...
+  static constexpr double kPatternRatio = 0.5; // the same where the scene hardly tells the place along a direction ...
   static constexpr double kWeakInformation = 0.02; // ... with less than this of the information along the best one
   static constexpr double kUnobservableConfidence = 0.3;
   // [rad] one standard deviation. Patches of one scanner err alike in both scans: with 16 rings indoors the error is up

@@ -222,9 +222,7 @@ extractPatches(const ThinnedCloud& cloud,
 }
 
 PlanarPatches
-selectPatches(const PlanarPatches& patches,
-              const std::vector<Eigen::Index>& indices,
-              const std::vector<double>& weights)
+selectPatches(const PlanarPatches& patches, const std::vector<Eigen::Index>& indices)
 {
   const auto n = static_cast<Eigen::Index>(indices.size());
   PlanarPatches some;
@@ -237,13 +235,12 @@ selectPatches(const PlanarPatches& patches,
   some.half_minors.resize(n);
   some.thickness.resize(n);
   for (Eigen::Index k = 0; k < n; ++k) {
-    const auto u = static_cast<std::size_t>(k);
-    const Eigen::Index i = indices[u];
+    const Eigen::Index i = indices[static_cast<std::size_t>(k)];
     if (i < 0 || i >= patches.size())
       throw std::out_of_range("selectPatches: there is no patch " + std::to_string(i));
     some.samples.points.col(k) = patches.samples.points.col(i);
     some.samples.normals.col(k) = patches.samples.normals.col(i);
-    some.samples.weights[k] = weights.at(u);
+    some.samples.weights[k] = patches.samples.weights[i];
     some.samples.extents[k] = patches.samples.extents[i];
     some.majors.col(k) = patches.majors.col(i);
     some.half_minors[k] = patches.half_minors[i];

@@ -304,37 +304,35 @@ chooseSearchAxes(const OrientedSamples& source,
   return axes;
 }
 
-Representatives
+std::vector<Eigen::Index>
 drawRepresentatives(const OrientedSamples& samples, const std::vector<MainNormal>& main_normals, int count)
 {
-  const auto n = static_cast<std::size_t>(samples.size());
+  const auto voice = [&](Eigen::Index i) { return std::sqrt(samples.weights[i]); };
   std::vector<std::vector<Eigen::Index>> members(main_normals.size() + 1);
-  std::vector<double> surface(main_normals.size() + 1, 0);
-  for (std::size_t i = 0; i < n; ++i) {
-    const auto column = static_cast<Eigen::Index>(i);
-    const std::size_t k = nearestMainNormal(samples.normals.col(column), main_normals);
-    members[k].push_back(column);
-    surface[k] += samples.weights[column];
+  std::vector<double> voices(main_normals.size() + 1, 0);
+  for (Eigen::Index i = 0; i < samples.size(); ++i) {
+    const std::size_t k = nearestMainNormal(samples.normals.col(i), main_normals);
+    members[k].push_back(i);
+    voices[k] += voice(i);
   }
   double total = 0;
-  for (const double s : surface)
-    total += std::sqrt(s);
+  for (const double v : voices)
+    total += std::sqrt(v);
 
-  Representatives drawn;
+  std::vector<Eigen::Index> drawn;
   for (std::size_t k = 0; k < members.size(); ++k) {
-    const auto wanted = static_cast<std::size_t>(std::lround(count * std::sqrt(surface[k]) / total));
+    const auto wanted = std::lround(count * std::sqrt(voices[k]) / total);
     if (wanted == 0 || members[k].empty())
       continue;
-    const double interval = surface[k] / static_cast<double>(wanted);
+    const double interval = voices[k] / static_cast<double>(wanted);
     double sum = 0;
     double next = 0.5 * interval;
     for (const Eigen::Index i : members[k]) {
-      sum += samples.weights[i];
+      sum += voice(i);
       if (sum < next)
         continue;
       // A large patch is drawn once however many intervals it spans.
-      drawn.indices.push_back(i);
-      drawn.weights.push_back(std::max(interval, samples.weights[i]));
+      drawn.push_back(i);
       next += interval * std::ceil((sum - next) / interval);
       if (next <= sum)
         next += interval;
@@ -346,7 +344,7 @@ drawRepresentatives(const OrientedSamples& samples, const std::vector<MainNormal
 VotingSamples
 drawVotingSamples(const OrientedSamples& samples, const std::vector<MainNormal>& main_normals, int count)
 {
-  const std::vector<Eigen::Index> drawn = drawRepresentatives(samples, main_normals, count).indices;
+  const std::vector<Eigen::Index> drawn = drawRepresentatives(samples, main_normals, count);
   VotingSamples votes;
   votes.points.resize(3, static_cast<Eigen::Index>(drawn.size()));
   votes.normals.resize(3, static_cast<Eigen::Index>(drawn.size()));

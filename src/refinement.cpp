@@ -158,7 +158,7 @@ refinePatches(const PlanarPatches& source,
             const Eigen::Vector3d major = T.linear() * source.majors.col(i);
             along.set(matches.count, source.samples.extents[i] / kHalfWidth * major);
             across.set(matches.count, source.half_minors[i] / kHalfWidth * normal.cross(major));
-            matches.add(p - centre, at.normal, at.distance, source.samples.weights[i] / at.variance);
+            matches.add(p - centre, at.normal, at.distance, std::sqrt(source.samples.weights[i]) / at.variance);
           };
       forEachMeeting(source.samples.points, source.samples.normals, T, first, count, target, step, found, add);
       addMatches(matches, step.scale, step.farthest(), sum);

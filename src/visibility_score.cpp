@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 namespace pcl_ssfr {
 
@@ -27,6 +28,9 @@ SurfaceEvidence::operator+=(const SurfaceEvidence& other)
   unmatched += other.unmatched;
   matched_normals += other.matched_normals;
   visible_normals += other.visible_normals;
+  voices.total += other.voices.total;
+  voices.matched += other.voices.matched;
+  voices.contradicted += other.voices.contradicted;
   return *this;
 }
 
@@ -69,10 +73,13 @@ collectEvidence(const OrientedSamples& samples,
     places.find(index, options.match, found.data());
     for (std::size_t i = 0; i < places.count; ++i) {
       const double weight = samples.weights[first + static_cast<Eigen::Index>(i)];
+      const double voice = std::sqrt(std::sqrt(weight));
       evidence.total += weight;
+      evidence.voices.total += voice;
       const Eigen::Vector3d normal = places.normal(i);
       if (found[i] >= 0) {
         evidence.matched += weight;
+        evidence.voices.matched += voice;
         evidence.matched_normals.noalias() += weight * normal * normal.transpose();
         continue;
       }
@@ -86,8 +93,10 @@ collectEvidence(const OrientedSamples& samples,
       const float free = image->freeRange(cell);
       if (free == 0)
         continue; // nothing was seen there
-      if (range < options.free_ratio * free - options.free_margin)
+      if (range < options.free_ratio * free - options.free_margin) {
         evidence.contradicted += weight;
+        evidence.voices.contradicted += voice;
+      }
       else if (range < options.hidden_ratio * image->farthest(cell) + options.hidden_margin)
         evidence.unmatched += weight;
       else

@@ -18,6 +18,8 @@ namespace {
 void
 rate(Candidate& c)
 {
+  c.evidence.patches_matched = c.overlap;
+  c.evidence.patches_contradicted = c.contradiction;
   c.score = c.overlap - 12 * c.contradiction;
 }
 
@@ -29,7 +31,6 @@ goodCandidate()
   c.overlap = 0.6;
   c.contradiction = 0.002;
   c.evidence.unmatched = 0.08;
-  c.evidence.tightness = 0.8;
   c.evidence.weakest_direction = 0.7;
   c.evidence.third_direction = 0.15;
   rate(c);
@@ -44,7 +45,6 @@ badCandidate()
   c.overlap = 0.12;
   c.contradiction = 0.005;
   c.evidence.unmatched = 0.25;
-  c.evidence.tightness = 0.3;
   c.evidence.weakest_direction = 0.15;
   c.evidence.third_direction = 0.01;
   rate(c);
@@ -66,7 +66,7 @@ TEST(Confidence, NoEvidenceNoConfidence)
   Candidate nothing = goodCandidate();
   nothing.overlap = nothing.contradiction = nothing.evidence.unmatched = nothing.score = 0;
   EXPECT_EQ(estimateConfidence(nothing, 0.5, true), 0);
-  nothing.overlap = nothing.score = std::numeric_limits<double>::quiet_NaN();
+  nothing.overlap = nothing.evidence.patches_matched = nothing.score = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(estimateConfidence(nothing, 0.5, true), 0);
 }
 
@@ -101,10 +101,10 @@ TEST(Confidence, IsAProbabilityForAnyEvidence)
     c.overlap = share();
     c.contradiction = share() * (1 - c.overlap);
     c.evidence.unmatched = share() * (1 - c.overlap - c.contradiction);
-    c.evidence.tightness = share();
     c.evidence.weakest_direction = share();
     c.evidence.third_direction = share() / 3;
-    c.score = c.overlap - random.uniform(0, 20) * c.contradiction;
+    c.evidence.patches_matched = share();
+    c.score = c.evidence.patches_matched - random.uniform(0, 20) * share();
     const double confidence = estimateConfidence(c, random.uniform(-3, 1), trial % 2 == 0);
     ASSERT_TRUE(confidence >= 0 && confidence <= 1);
   }

@@ -115,7 +115,7 @@ TEST(Corridor, WithoutAnEndIsNoMatchOfRings)
 TEST(LevelRings, ATiltThatIsHardlyKnownIsNamedAndNotBelieved)
 {
   // Sixteen rings in small rooms see the walls at one height and neither floor nor ceiling.
-  simulation::DatasetPlan plan = planScans("apartment", "velodyne_vlp16", 2, 0, 13);
+  simulation::DatasetPlan plan = planScans("apartment", "velodyne_vlp16", 2, 0, 14);
   plan.trajectory.step = 1.5;
   const std::vector<PosedScan> scans = takeScans(plan);
   const Eigen::Vector3d up_source = scans[1].T_world_scan.linear().row(2);

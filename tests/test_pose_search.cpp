@@ -250,62 +250,56 @@ TEST(DrawVotingSamples, EveryDirectionIsHeard)
   EXPECT_EQ(heard[2], 1); // 2 wanted, there is one
 }
 
-TEST(DrawVotingSamples, DrawsMembersOnceAndInProportionToTheirSurface)
+TEST(DrawVotingSamples, DrawsMembersOnceAndMoreOftenTheLargeOnes)
 {
   const PlanarPatches patches = testing::randomPatches(3000, 5, 1, 3);
   const OrientedSamples& samples = patches.samples;
   const VotingSamples votes = drawVotingSamples(samples, {}, 300);
   EXPECT_NEAR(static_cast<double>(votes.points.cols()), 300, 5);
-  double drawn_weight = 0;
+  double drawn_side = 0;
   Eigen::Index i = 0;
   for (Eigen::Index k = 0; k < votes.points.cols(); ++k, ++i) {
     while (i < samples.size() && samples.points.col(i).cast<float>() != votes.points.col(k))
       ++i;
     ASSERT_LT(i, samples.size()) << "no sample, or out of order, or drawn twice";
     EXPECT_TRUE(samples.normals.col(i).cast<float>() == votes.normals.col(k));
-    drawn_weight += samples.weights[i];
+    drawn_side += std::sqrt(samples.weights[i]);
   }
-  // Drawn by surface: large patches more often than small ones.
-  const double mean = samples.weights.mean(), mean_square = samples.weights.squaredNorm() / 3000;
-  EXPECT_NEAR(drawn_weight / static_cast<double>(votes.points.cols()), mean_square / mean, 0.15 * mean_square / mean);
+  // With the square root of their area, the side of a square: then the mean side of the drawn is the mean area of all
+  // over the mean side of all.
+  const double expected = samples.weights.mean() / samples.weights.cwiseSqrt().mean();
+  EXPECT_NEAR(drawn_side / static_cast<double>(votes.points.cols()), expected, 0.05 * expected);
 }
 
-TEST(DrawRepresentatives, StandForAllOfTheSurface)
+TEST(DrawRepresentatives, EveryDirectionIsHeard)
 {
-  // 900 equal patches face up, 100 face east: a quarter of the draws goes to the few, and each stands for its part.
+  // 900 equal patches face up, 100 face east: a quarter of the draws goes to the few, each from its part of the order.
   PlanarPatches patches;
   for (int i = 0; i < 1000; ++i)
     addPatch(patches,
              {{0.1 * i, 0, 0},
               0.5 * (i < 900 ? Eigen::Vector3d::UnitX() : Eigen::Vector3d::UnitY()),
               0.5 * (i < 900 ? Eigen::Vector3d::UnitY() : Eigen::Vector3d::UnitZ())});
-  const double each = patches.samples.weights[0];
-  const Representatives drawn =
+  const std::vector<Eigen::Index> drawn =
       drawRepresentatives(patches.samples, normals({Eigen::Vector3d::UnitZ(), Eigen::Vector3d::UnitX()}), 100);
-  ASSERT_EQ(drawn.indices.size(), drawn.weights.size());
-  double up = 0, east = 0;
-  std::size_t easterly = 0;
-  for (std::size_t k = 0; k < drawn.indices.size(); ++k) {
-    const bool is_east = drawn.indices[k] >= 900;
-    easterly += is_east;
-    (is_east ? east : up) += drawn.weights[k];
-  }
-  EXPECT_EQ(drawn.indices.size(), 100u);
-  EXPECT_EQ(easterly, 25u);
-  EXPECT_NEAR(up, 900 * each, 1e-9 * 900 * each);
-  EXPECT_NEAR(east, 100 * each, 1e-9 * 100 * each);
+  ASSERT_EQ(drawn.size(), 100u);
+  for (std::size_t k = 0; k < 75; ++k)
+    EXPECT_EQ(drawn[k] / 12, static_cast<Eigen::Index>(k)); // one of every twelve
+  for (std::size_t k = 75; k < 100; ++k)
+    EXPECT_EQ((drawn[k] - 900) / 4, static_cast<Eigen::Index>(k - 75)); // of every four
 }
 
-TEST(DrawRepresentatives, ALargePatchKeepsItsOwnSurface)
+TEST(DrawRepresentatives, ALargePatchIsDrawnOnce)
 {
   PlanarPatches patches;
   addPatch(patches, {{0, 0, 0}, {10, 0, 0}, {0, 10, 0}});
   addPatch(patches, {{20, 0, 0}, {0.5, 0, 0}, {0, 0.5, 0}});
-  const Representatives drawn = drawRepresentatives(patches.samples, normals({Eigen::Vector3d::UnitZ()}), 50);
-  ASSERT_FALSE(drawn.indices.empty());
-  EXPECT_EQ(drawn.indices.front(), 0);
-  EXPECT_EQ(drawn.weights.front(), patches.samples.weights[0]);
-  EXPECT_TRUE(drawRepresentatives(OrientedSamples(), {}, 50).indices.empty());
+  const std::vector<MainNormal> up = normals({Eigen::Vector3d::UnitZ()});
+  const std::vector<Eigen::Index> drawn = drawRepresentatives(patches.samples, up, 50);
+  EXPECT_EQ(std::count(drawn.begin(), drawn.end(), 0), 1);
+  EXPECT_LE(std::count(drawn.begin(), drawn.end(), 1), 1);
+  EXPECT_TRUE(drawRepresentatives(patches.samples, up, 0).empty());
+  EXPECT_TRUE(drawRepresentatives(OrientedSamples(), {}, 50).empty());
 }
 
 TEST(DrawVotingSamples, Degenerate)

@@ -164,7 +164,8 @@ surfaceCost(const Scan& source,
     const int match = target.index.find(p, n, tolerance);
     if (match < 0)
       continue;
-    const double weight = source.patches.samples.weights[i] / target.index.meet(match, p.cast<double>()).variance;
+    const double weight =
+        std::sqrt(source.patches.samples.weights[i]) / target.index.meet(match, p.cast<double>()).variance;
     for (std::uint32_t k = 0; k < source.patches.counts[u]; ++k) {
       const Eigen::Vector3d q = T * source.cloud.points.col(source.patches.first_point[u] + k).cast<double>();
       const double r = (q - target.index.centroid(match).cast<double>()).dot(target.index.normal(match).cast<double>());

@@ -75,6 +75,10 @@ TEST(CollectEvidence, ByHand)
   EXPECT_EQ(evidence.contradicted, 2);
   EXPECT_EQ(evidence.unmatched, 4 + 64);
   EXPECT_EQ(evidence.visible(), 71);
+  const auto voice = [](double area) { return std::pow(area, 0.25); };
+  EXPECT_NEAR(evidence.voices.total, 1 + voice(2) + voice(4) + voice(8) + voice(16) + voice(32) + voice(64), 1e-12);
+  EXPECT_NEAR(evidence.voices.matched, 1, 1e-12);
+  EXPECT_NEAR(evidence.voices.contradicted, voice(2), 1e-12);
   EXPECT_TRUE(evidence.matched_normals.isApprox(Eigen::Vector3d(1, 0, 0).asDiagonal().toDenseMatrix(), 1e-9));
   EXPECT_TRUE(evidence.visible_normals.isApprox(Eigen::Vector3d(67, 0, 4).asDiagonal().toDenseMatrix(), 1e-9));
 
@@ -99,6 +103,7 @@ TEST(CollectEvidence, AgreesWithPlainSums)
     const SurfaceEvidence evidence = collectEvidence(source.samples, index, &image, T, options);
     // All samples, sorted into what they are: hidden or out of view, matched, contradicted, unmatched.
     Eigen::Vector4d sums = Eigen::Vector4d::Zero();
+    Eigen::Vector4d voices = Eigen::Vector4d::Zero();
     Eigen::Matrix3d visible_normals = Eigen::Matrix3d::Zero();
     for (Eigen::Index i = 0; i < source.size(); ++i) {
       const Eigen::Vector3f p = (T * source.samples.points.col(i)).cast<float>();
@@ -113,6 +118,7 @@ TEST(CollectEvidence, AgreesWithPlainSums)
       else if (free > 0 && range < options.hidden_ratio * far + options.hidden_margin)
         kind = 3;
       sums[kind] += source.samples.weights[i];
+      voices[kind] += std::pow(source.samples.weights[i], 0.25);
       if (kind > 0)
         visible_normals += source.samples.weights[i] * n * n.transpose();
     }
@@ -120,10 +126,14 @@ TEST(CollectEvidence, AgreesWithPlainSums)
     EXPECT_NEAR(evidence.matched, sums[1], 1e-9);
     EXPECT_NEAR(evidence.contradicted, sums[2], 1e-9);
     EXPECT_NEAR(evidence.unmatched, sums[3], 1e-9);
+    EXPECT_NEAR(evidence.voices.total, voices.sum(), 1e-9);
+    EXPECT_NEAR(evidence.voices.matched, voices[1], 1e-9);
+    EXPECT_NEAR(evidence.voices.contradicted, voices[2], 1e-9);
     EXPECT_TRUE(evidence.visible_normals.isApprox(visible_normals, 1e-9));
     EXPECT_NEAR(evidence.matched_normals.trace(), evidence.matched, 1e-9);
     all += evidence;
   }
+  EXPECT_NEAR(all.voices.total, 5 * source.samples.weights.array().pow(0.25).sum(), 1e-9);
   for (const double sum : {all.matched, all.contradicted, all.unmatched, all.total - all.visible()})
     EXPECT_GT(sum, 0.01 * all.total); // each kind of evidence occurred
 }

@@ -60,13 +60,13 @@ candidateTable(const ViewModel& model)
 {
   const bool truth = model.truth() != nullptr;
   std::string html = "<div class=\"scroll\"><table><tr><th>pose</th><th>score</th><th>matched</th><th>contradicted</th>"
-                     "<th>in view, unlike</th><th>within noise</th>";
+                     "<th>in view, unlike</th><th>patches met</th>";
   html += truth ? "<th>deg from truth</th><th>m from truth</th><th></th></tr>\n" : "</tr>\n";
   for (const ViewedPose& pose : model.poses()) {
     const Candidate& c = pose.candidate;
     html += "<tr>" + cell(pose.name) + cell(formatted("%.3f", c.score)) + cell(formatted("%.1f %%", 100 * c.overlap)) +
             cell(formatted("%.2f %%", 100 * c.contradiction)) + cell(formatted("%.1f %%", 100 * c.evidence.unmatched)) +
-            cell(formatted("%.0f %%", 100 * c.evidence.tightness));
+            cell(formatted("%.0f %%", 100 * c.evidence.patches_matched));
     if (truth && pose.error)
       html += cell(formatted("%.3f", pose.error->rotation_deg)) + cell(formatted("%.3f", pose.error->translation_m)) +
               cell(pose.is_truth ? ""

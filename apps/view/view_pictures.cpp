@@ -322,7 +322,7 @@ private:
                                                             {"matched", 370},
                                                             {"contradicted", 510},
                                                             {"in view, unlike", 650},
-                                                            {"within noise", 780},
+                                                            {"patches met", 780},
                                                             {"from candidate 1", 970},
                                                             {model_.truth() ? "from the truth" : "", 1180}};
     for (const auto& [text, x] : heads)
@@ -352,7 +352,7 @@ private:
            formatted("%.2f %%", 100 * c.contradiction),
            c.contradiction > 0.01 ? fateColour(SurfaceFate::Contradicted) : kInk);
       cell(650, formatted("%.1f %%", 100 * c.evidence.unmatched));
-      cell(780, formatted("%.0f %%", 100 * c.evidence.tightness));
+      cell(780, formatted("%.0f %%", 100 * c.evidence.patches_matched));
       if (pose != &first)
         cell(970, formatted("%.2f deg, %.2f m", apart.rotation_deg, apart.translation_m));
       if (pose->error && !pose->is_truth) {

@@ -81,12 +81,8 @@ extractPatches(const ThinnedCloud& cloud,
                double thickness,
                const PatchOptions& options);
 
-/** \brief Some of the patches, in the order of \p indices, with other weights.
- * \param[in] weights one an index [m^2] \throw std::out_of_range an index that is none of the patches
- */
+/// Some of the patches, in the order of \p indices. \throw std::out_of_range an index that is none of the patches
 PlanarPatches
-selectPatches(const PlanarPatches& patches,
-              const std::vector<Eigen::Index>& indices,
-              const std::vector<double>& weights);
+selectPatches(const PlanarPatches& patches, const std::vector<Eigen::Index>& indices);
 
 } // namespace pcl_ssfr

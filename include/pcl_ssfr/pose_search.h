@@ -49,16 +49,12 @@ struct VotingSamples {
   Eigen::Matrix3Xf normals; ///< unit, 3 x N
 };
 
-/// Samples that stand for all of a scan.
-struct Representatives {
-  std::vector<Eigen::Index> indices; ///< of the samples, grouped by main direction
-  std::vector<double> weights;       ///< surface that each stands for [m^2]
-};
-
-/** \brief Draw about \p count samples systematically, so that every main direction is heard: each gets a share that
- * grows with the square root of its surface. A sample larger than the interval of the drawing is drawn once.
+/** \brief Draw about \p count samples that stand for all of a scan, systematically, so that every main direction is
+ * heard. A sample is drawn with the square root of its area, at most once; a direction gets a share that grows with the
+ * square root of the sum of these.
+ * \return indices of the samples, grouped by main direction
  */
-Representatives
+std::vector<Eigen::Index>
 drawRepresentatives(const OrientedSamples& samples, const std::vector<MainNormal>& main_normals, int count);
 
 /// Representatives as voting samples.

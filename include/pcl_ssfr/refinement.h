@@ -33,8 +33,9 @@ struct Refinement {
 
 /** \brief Refine a pose by robust point-to-plane steps, patches of the source onto planes of the target.
  *
- * Each patch counts with its whole surface, taken as an evenly covered flat rectangle, so that large patches also bind
- * the rotation. Motions that the matches leave free are not moved. With fewer than 3 matches the pose stays.
+ * Each patch counts with the square root of its area, taken as an evenly covered flat rectangle, so that large patches
+ * also bind the rotation: what is wrong with a patch is wrong with all of it, so four times the area does not tell four
+ * times as much. Motions that the matches leave free are not moved. With fewer than 3 matches the pose stays.
  */
 Refinement
 refinePatches(const PlanarPatches& source,

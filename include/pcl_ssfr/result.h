@@ -41,8 +41,11 @@ struct StageReport {
 
 /// Evidence about one pose beyond overlap and contradiction; what the confidence is computed from.
 struct CandidateEvidence {
+  /// Shares of the patches, each with the fourth root of its area, that met their like and that hang in the other
+  /// sensor's free space, [0, 1]: the score is made of these.
+  double patches_matched = 0;
+  double patches_contradicted = 0;
   double unmatched = 0; ///< share of the surface that is in view of the other sensor but met nothing like it, [0, 1]
-  double tightness = 0; ///< share of the matched surface that meets within the noise rather than the tolerance, [0, 1]
   double weakest_direction = 0; ///< matched share of the visible surface, in the direction where it is least, [0, 1]
   double third_direction =
       0; ///< matched surface that faces the direction that least of it faces, share of all, [0, 1/3]

@@ -20,6 +20,15 @@ struct VisibilityOptions {
   float hidden_margin = 0.3f; ///< ... plus this [m]: hidden behind what was seen
 };
 
+/// How loudly the samples of a scan speak for a pose and against it: each with the fourth root of its area [m^2]. A
+/// patch is one observation, and large ones are hardly surer: by area a floor would outvote all that tells places
+/// apart.
+struct Voices {
+  double total = 0;        ///< of all samples
+  double matched = 0;      ///< of those that meet a compatible patch
+  double contradicted = 0; ///< of those that hang in front of what the other sensor saw through
+};
+
 /// What becomes of the surface of a scan when it is laid into the other scan; all in weight (square metres).
 struct SurfaceEvidence {
   double total = 0;        ///< all of it
@@ -30,6 +39,7 @@ struct SurfaceEvidence {
   /// Sum of weight n n^T in the target frame, over the matched surface and over all that gave evidence.
   Eigen::Matrix3d matched_normals = Eigen::Matrix3d::Zero();
   Eigen::Matrix3d visible_normals = Eigen::Matrix3d::Zero();
+  Voices voices;
 
   double
   visible() const
