@@ -307,28 +307,28 @@ chooseSearchAxes(const OrientedSamples& source,
 std::vector<Eigen::Index>
 drawRepresentatives(const OrientedSamples& samples, const std::vector<MainNormal>& main_normals, int count)
 {
-  const auto voice = [&](Eigen::Index i) { return std::sqrt(samples.weights[i]); };
+  const auto side = [&](Eigen::Index i) { return std::sqrt(samples.weights[i]); }; // of a square of that area
   std::vector<std::vector<Eigen::Index>> members(main_normals.size() + 1);
-  std::vector<double> voices(main_normals.size() + 1, 0);
+  std::vector<double> sides(main_normals.size() + 1, 0);
   for (Eigen::Index i = 0; i < samples.size(); ++i) {
     const std::size_t k = nearestMainNormal(samples.normals.col(i), main_normals);
     members[k].push_back(i);
-    voices[k] += voice(i);
+    sides[k] += side(i);
   }
   double total = 0;
-  for (const double v : voices)
-    total += std::sqrt(v);
+  for (const double s : sides)
+    total += std::sqrt(s);
 
   std::vector<Eigen::Index> drawn;
   for (std::size_t k = 0; k < members.size(); ++k) {
-    const auto wanted = std::lround(count * std::sqrt(voices[k]) / total);
+    const auto wanted = std::lround(count * std::sqrt(sides[k]) / total);
     if (wanted == 0 || members[k].empty())
       continue;
-    const double interval = voices[k] / static_cast<double>(wanted);
+    const double interval = sides[k] / static_cast<double>(wanted);
     double sum = 0;
     double next = 0.5 * interval;
     for (const Eigen::Index i : members[k]) {
-      sum += voice(i);
+      sum += side(i);
       if (sum < next)
         continue;
       // A large patch is drawn once however many intervals it spans.

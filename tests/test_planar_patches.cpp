@@ -269,7 +269,7 @@ TEST(ExtractPatches, SurvivesExtremeNumbers)
   }
 }
 
-TEST(SelectPatches, KeepsWhatIsAskedForWithOtherWeights)
+TEST(SelectPatches, KeepsWhatIsAskedFor)
 {
   const Eigen::Vector3d viewpoint = Eigen::Vector3d::Zero();
   const PlanarPatches all = extractPatches(thin(noisyRoom(3)), &viewpoint, kThickness, {});
