@@ -57,8 +57,9 @@ struct Settings {
   bool features = false; ///< a line a candidate with its evidence, for scripts/fit_confidence
   bool why = false;      ///< a line for each pair that is not solved: where the truth was lost
   std::vector<std::size_t> only;
-  bool unrelated = false; ///< pair each source with a target of the next folder: every answer is wrong
-  fs::path target_folder; ///< of the targets, when unrelated
+  bool unrelated = false;         ///< pair each source with a target of the next folder: every answer is wrong
+  fs::path target_folder;         ///< of the targets, when unrelated ...
+  std::vector<Pair> target_pairs; ///< ... and its pairs
 };
 
 struct Outcome {
@@ -217,16 +218,18 @@ judge(const Eigen::Isometry3d& estimate, const Eigen::Isometry3d& truth, double&
   metres = (estimate.translation() - truth.translation()).norm();
 }
 
-/// The pair, other than pairs[i], that lays another scan than its source into the same target; none: the size.
-std::size_t
-findOtherOfTarget(const std::vector<Pair>& pairs, std::size_t i)
+/// Among the pairs of the folder that the target of pairs[i] is from, one that lays another scan into it than the
+/// source of pairs[i]; none: null.
+const Pair*
+findOtherOfTarget(const std::vector<Pair>& pairs, std::size_t i, const Settings& settings)
 {
-  for (std::size_t k = 1; k < pairs.size(); ++k) {
-    const std::size_t j = (i + k) % pairs.size();
-    if (pairs[j].target == pairs[i].target && pairs[j].source != pairs[i].source)
-      return j;
+  const std::vector<Pair>& among = settings.unrelated ? settings.target_pairs : pairs;
+  for (std::size_t k = 1; k <= among.size(); ++k) {
+    const Pair& other = among[(i + k) % among.size()];
+    if (other.target == pairs[i].target && (settings.unrelated || other.source != pairs[i].source))
+      return &other;
   }
-  return pairs.size();
+  return nullptr;
 }
 
 Outcome
@@ -234,12 +237,10 @@ runPair(const fs::path& folder, const std::vector<Pair>& pairs, std::size_t numb
 {
   const Pair& pair = pairs[number];
   Cloud::Ptr source = pcl_ssfr::benchmarks::loadScan(folder.string(), pair.source);
-  Cloud::Ptr target =
-      pcl_ssfr::benchmarks::loadScan((settings.unrelated ? settings.target_folder : folder).string(), pair.target);
-  if (settings.merged) {
-    const Pair& other = pairs.at(findOtherOfTarget(pairs, number));
-    *target += *moved(*pcl_ssfr::benchmarks::loadScan(folder.string(), other.source), other.T_target_source);
-  }
+  const std::string target_folder = (settings.unrelated ? settings.target_folder : folder).string();
+  Cloud::Ptr target = pcl_ssfr::benchmarks::loadScan(target_folder, pair.target);
+  if (const Pair* other = settings.merged ? findOtherOfTarget(pairs, number, settings) : nullptr)
+    *target += *moved(*pcl_ssfr::benchmarks::loadScan(target_folder, other->source), other->T_target_source);
   std::mt19937_64 rng(settings.seed * 1000003u + number);
   Eigen::Isometry3d motion = settings.turn ? randomRotation(rng) : Eigen::Isometry3d::Identity();
   Eigen::Isometry3d target_motion = Eigen::Isometry3d::Identity();
@@ -423,16 +424,16 @@ run(const std::vector<std::string>& folders, Settings settings)
     std::vector<Pair> pairs = pcl_ssfr::io::readDatasetFolder(folder.string()).pairs;
     if (settings.unrelated) {
       settings.target_folder = folders[(f + 1) % folders.size()];
-      const std::vector<Pair> others = pcl_ssfr::io::readDatasetFolder(settings.target_folder.string()).pairs;
+      settings.target_pairs = pcl_ssfr::io::readDatasetFolder(settings.target_folder.string()).pairs;
       for (std::size_t i = 0; i < pairs.size(); ++i)
-        pairs[i].target = others[i % others.size()].target;
+        pairs[i].target = settings.target_pairs[i % settings.target_pairs.size()].target;
     }
     const std::string set = fs::weakly_canonical(folder).filename().string();
     Totals totals;
     for (std::size_t i = 0; i < pairs.size(); i += settings.every) {
       if (!settings.only.empty() && std::find(settings.only.begin(), settings.only.end(), i) == settings.only.end())
         continue;
-      if (settings.merged && findOtherOfTarget(pairs, i) == pairs.size())
+      if (settings.merged && !findOtherOfTarget(pairs, i, settings))
         continue;
       const Outcome o = runPair(folder, pairs, i, settings);
       totals.add(o);
@@ -440,7 +441,7 @@ run(const std::vector<std::string>& folders, Settings settings)
       if (settings.features) {
         const auto& cs = o.result.candidates;
         for (std::size_t k = 0; k < cs.size(); ++k)
-          std::printf("CAND %s %zu %zu %d %.5f %.5f %.5f %.5f %.5f %.5f %.5f %.5f %d\n",
+          std::printf("CAND %s %zu %zu %d %.5f %.5f %.5f %.5f %.5f %.5f %.5f %.5f %.5f %.5f %d\n",
                       set.c_str(),
                       i,
                       k,
@@ -453,6 +454,8 @@ run(const std::vector<std::string>& folders, Settings settings)
                       cs[k].evidence.third_direction,
                       cs[k].evidence.patches_matched,
                       cs[k].evidence.patches_contradicted,
+                      cs[k].evidence.facing_matched,
+                      cs[k].evidence.facing_score,
                       o.result.source_viewpoint_used && o.result.target_viewpoint_used ? 1 : 0);
       }
       if (settings.verbose || settings.failed) {

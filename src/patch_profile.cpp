@@ -52,7 +52,7 @@ constexpr double kGravityMargin = 0.01; // of refined poses beyond the tolerance
 
 constexpr double kRoundShare = 0.3; // of the surface that faces across an axis for the scene to be round about it ...
 constexpr double kRoundFullShare = 0.6;     // ... and of that, so much at most in the fullest third of all directions
-constexpr double kContradictionWeight = 10; // of the score: contradictions are rare and precious (METHOD point 14b)
+constexpr double kContradictionWeight = 14; // of the score: contradictions are rare and precious (METHOD point 14b)
 
 /// How hard the search tries; the second effort is made only when the first finds nothing acceptable.
 struct Effort {
@@ -85,8 +85,16 @@ struct JudgedPose {
   Eigen::Isometry3d T_target_source = Eigen::Isometry3d::Identity();
   SurfaceEvidence evidence;
   double score = 0;
+  double facing_score = 0; ///< of the patches that face their own sensor
   bool from_guess = false;
 };
+
+/// The score of a pose: what speaks for it, less what speaks against it.
+double
+scoreOf(const Voices& voices)
+{
+  return (voices.matched - kContradictionWeight * voices.contradicted) / std::max(voices.total, 1e-12);
+}
 
 /// Whether a rotation maps one vertical onto the other within \p tolerance [rad].
 bool
@@ -210,9 +218,8 @@ public:
       if (outOfTime() || found.empty())
         found.insert(found.end(), poses.begin(), poses.end());
       poses = keepDistinct(std::move(found), effort.distinct);
-      if (!poses.empty())
-        conclude(poses);
-      if (result_.accepted() || result_.status == Status::Ambiguous || outOfTime())
+      const std::size_t equals = poses.empty() ? 0 : conclude(poses).equals;
+      if (result_.accepted() || (result_.status == Status::Ambiguous && equals > 1) || outOfTime())
         break;
     }
     if (poses.empty()) {
@@ -391,8 +398,8 @@ private:
   judge(JudgedPose& pose, double distance, double angle) const
   {
     pose.evidence = evidence(pose.T_target_source, visibility(distance, angle));
-    const Voices& voices = pose.evidence.voices;
-    pose.score = (voices.matched - kContradictionWeight * voices.contradicted) / std::max(voices.total, 1e-12);
+    pose.score = scoreOf(pose.evidence.voices);
+    pose.facing_score = scoreOf(pose.evidence.facing);
   }
 
   void
@@ -797,6 +804,8 @@ private:
     const Voices& voices = pose.evidence.voices;
     candidate.evidence.patches_matched = voices.matched / voices.total;
     candidate.evidence.patches_contradicted = voices.contradicted / voices.total;
+    candidate.evidence.facing_matched = pose.evidence.facing.matched / std::max(pose.evidence.facing.total, 1e-12);
+    candidate.evidence.facing_score = pose.facing_score;
     candidate.evidence.unmatched = pose.evidence.unmatched / pose.evidence.total;
     candidate.evidence.weakest_direction = weakestMatchedShare(pose.evidence);
     candidate.evidence.third_direction =
@@ -805,8 +814,15 @@ private:
     return candidate;
   }
 
+  /// How the best pose stands against the others.
+  struct Standing {
+    std::size_t equals = 1;      ///< poses that explain the scans about as well, itself included
+    double confidence_alone = 0; ///< of the best pose if it had no rival
+    std::string rival;           ///< where the strongest rival lies, for people; empty: there is none
+  };
+
   /// Fill the result from the judged poses, best first, and decide whether the best is accepted.
-  void
+  Standing
   conclude(std::vector<JudgedPose>& poses)
   {
     const auto listed =
@@ -815,27 +831,68 @@ private:
     for (auto pose = poses.begin(); pose != poses.begin() + listed; ++pose)
       result_.candidates.push_back(makeCandidate(*pose));
     const Candidate& best = result_.candidates.front();
-    double rival = -1;
-    for (std::size_t i = 1; i < poses.size(); ++i)
-      rival = std::max(rival, poses[i].score);
-    const double ratio = rival / std::max(best.score, 1e-9);
-
     result_.T_target_source = best.T_target_source;
     result_.overlap = best.overlap;
     result_.contradiction = best.contradiction;
     result_.rmse = polish_.rms;
-    result_.confidence = estimateConfidence(best, ratio, seesFreeSpace());
+    const JudgedPose* rival = findRival(poses);
+    const double alone = std::min(best.score, best.evidence.facing_score);
+    result_.confidence =
+        estimateConfidence(best, rival ? std::min(alone, leadOver(*rival, poses.front())) : alone, seesFreeSpace());
     if (polish_.matches > 0) {
       result_.information = informationMatrix(polish_, target_.origin, kNoiseFloor * scale_, kPolishPointsAPatch);
       result_.unobservable = findUnobservableDirections(polish_);
     }
-    decide(countEquals(poses));
+    Standing standing;
+    standing.equals = countEquals(poses);
+    standing.confidence_alone = estimateConfidence(best, alone, seesFreeSpace());
+    if (rival)
+      standing.rival = "the strongest rival lies " + displacement(poses.front(), *rival) + " away";
+    decide(standing);
+    return standing;
+  }
+
+  /// How far one pose lies from another, at the source's sensor: "6.52 m and 0.1 degrees".
+  std::string
+  displacement(const JudgedPose& a, const JudgedPose& b) const
+  {
+    const double turn = Eigen::AngleAxisd(a.T_target_source.linear().transpose() * b.T_target_source.linear()).angle();
+    return formatted("%.2f m and %.1f degrees",
+                     (a.T_target_source * source_.viewpoint - b.T_target_source * source_.viewpoint).norm(),
+                     turn * 180 / kPi);
+  }
+
+  /// By how much a pose scores more than a \p rival: by all patches or by those that face their sensor, where it is
+  /// less.
+  static double
+  leadOver(const JudgedPose& rival, const JudgedPose& best)
+  {
+    return std::min(best.score - rival.score, best.facing_score - rival.facing_score);
+  }
+
+  /// The pose over which the best one's lead is least; null: there is none.
+  const JudgedPose*
+  findRival(const std::vector<JudgedPose>& poses) const
+  {
+    const JudgedPose* rival = nullptr;
+    for (auto pose = poses.begin() + 1; pose != poses.end(); ++pose)
+      if (!isRuledOutByGuess(*pose, poses.front()) &&
+          (!rival || leadOver(*pose, poses.front()) < leadOver(*rival, poses.front())))
+        rival = &*pose;
+    return rival;
+  }
+
+  /// Whether the guess has chosen between the best pose and another that explains the scans as well.
+  bool
+  isRuledOutByGuess(const JudgedPose& pose, const JudgedPose& best) const
+  {
+    return guess_decides_ && pose.score >= ambiguousRatio(seesFreeSpace()) * best.score;
   }
 
   void
-  decide(std::size_t equals)
+  decide(const Standing& standing)
   {
-    decideOnEvidence(equals);
+    decideOnEvidence(standing);
     // Nothing but the things on the plane could have told.
     if (!few_directions_.empty() && !result_.accepted())
       fail(Status::TooFewDirections,
@@ -850,7 +907,7 @@ private:
   }
 
   void
-  decideOnEvidence(std::size_t equals)
+  decideOnEvidence(const Standing& standing)
   {
     const Candidate& best = result_.candidates.front();
     if (best.overlap < kHopelessOverlap && result_.confidence < options_.min_confidence) {
@@ -887,10 +944,11 @@ private:
         return;
       }
     }
-    if (best.score > 0 && equals > 1 && !guess_decides_) {
-      result_.confidence = std::min(result_.confidence, 1.0 / static_cast<double>(equals));
+    if (best.score > 0 && standing.equals > 1 && !guess_decides_) {
+      result_.confidence = std::min(result_.confidence, 1.0 / static_cast<double>(standing.equals));
       fail(Status::Ambiguous,
-           std::to_string(equals) + " distinct poses explain the scans about equally well (symmetry or repetition)");
+           std::to_string(standing.equals) +
+               " distinct poses explain the scans about equally well (symmetry or repetition): " + standing.rival);
       return;
     }
     if (best.score > 0 && result_.confidence >= options_.min_confidence) {
@@ -898,6 +956,10 @@ private:
            formatted("%.0f %% of the surface meets its counterpart, %.1f %% contradicts the pose",
                      100 * best.overlap,
                      100 * best.contradiction));
+      return;
+    }
+    if (standing.confidence_alone >= options_.min_confidence) {
+      fail(Status::Ambiguous, "another pose explains the scans nearly as well: " + standing.rival);
       return;
     }
     const double visible = best.overlap + best.contradiction + best.evidence.unmatched;

@@ -149,6 +149,7 @@ private:
     samples.normals.resize(3, n);
     samples.weights.resize(n);
     samples.extents.resize(n);
+    samples.facing.resize(n);
     patches_.majors.resize(3, n);
     patches_.half_minors.resize(n);
     patches_.thickness.resize(n);
@@ -165,6 +166,7 @@ private:
       patches_.half_minors[i] = kHalfWidth * plane.deviations[1];
       patches_.majors.col(i) = plane.major;
       patches_.thickness[i] = plane.deviations[0];
+      samples.facing[i] = viewpoint_ ? std::abs((plane.mean - *viewpoint_).normalized().dot(plane.normal)) : 1;
     }
     return std::move(patches_);
   }
@@ -231,6 +233,7 @@ selectPatches(const PlanarPatches& patches, const std::vector<Eigen::Index>& ind
   some.samples.normals.resize(3, n);
   some.samples.weights.resize(n);
   some.samples.extents.resize(n);
+  some.samples.facing.resize(patches.samples.facing.size() > 0 ? n : 0);
   some.majors.resize(3, n);
   some.half_minors.resize(n);
   some.thickness.resize(n);
@@ -242,6 +245,8 @@ selectPatches(const PlanarPatches& patches, const std::vector<Eigen::Index>& ind
     some.samples.normals.col(k) = patches.samples.normals.col(i);
     some.samples.weights[k] = patches.samples.weights[i];
     some.samples.extents[k] = patches.samples.extents[i];
+    if (some.samples.facing.size() > 0)
+      some.samples.facing[k] = patches.samples.facing[i];
     some.majors.col(k) = patches.majors.col(i);
     some.half_minors[k] = patches.half_minors[i];
     some.thickness[k] = patches.thickness[i];

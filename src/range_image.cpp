@@ -14,7 +14,6 @@ namespace pcl_ssfr {
 
 namespace {
 
-constexpr float kTowardsNeighbour = 0.5f; // a surface within a cell comes as near as half-way to its neighbour
 constexpr double kRightAngle = 1.5707963267948966;
 constexpr double kViewpointCell = 0.01745; // [rad]
 constexpr double kDepthRatio = 1.5;
@@ -248,13 +247,13 @@ RangeImage::findFreeRanges()
           return static_cast<std::size_t>((face * resolution + r) * resolution + c);
         };
         const float own = nearest_[at(row, column)];
-        float least = own;
-        if (least == 0)
+        if (own == 0)
           continue;
+        float least = own;
         for (int r = std::max(0, row - 1); r <= std::min(resolution - 1, row + 1); ++r)
           for (int c = std::max(0, column - 1); c <= std::min(resolution - 1, column + 1); ++c)
             if (nearest_[at(r, c)] > 0)
-              least = std::min(least, own + kTowardsNeighbour * (nearest_[at(r, c)] - own));
+              least = std::min(least, nearest_[at(r, c)]);
         free_[at(row, column)] = least;
       }
 }

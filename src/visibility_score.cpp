@@ -19,6 +19,15 @@ constexpr double kMinFacingShare = 0.02; // of the visible surface that must fac
 
 } // namespace
 
+Voices&
+Voices::operator+=(const Voices& other)
+{
+  total += other.total;
+  matched += other.matched;
+  contradicted += other.contradicted;
+  return *this;
+}
+
 SurfaceEvidence&
 SurfaceEvidence::operator+=(const SurfaceEvidence& other)
 {
@@ -28,9 +37,8 @@ SurfaceEvidence::operator+=(const SurfaceEvidence& other)
   unmatched += other.unmatched;
   matched_normals += other.matched_normals;
   visible_normals += other.visible_normals;
-  voices.total += other.voices.total;
-  voices.matched += other.voices.matched;
-  voices.contradicted += other.voices.contradicted;
+  voices += other.voices;
+  facing += other.facing;
   return *this;
 }
 
@@ -63,6 +71,9 @@ collectEvidence(const OrientedSamples& samples,
                 const VisibilityOptions& options)
 {
   SurfaceEvidence evidence;
+  const auto faces = [&](Eigen::Index i) {
+    return samples.facing.size() == 0 || samples.facing[i] >= options.min_facing;
+  };
   PlaceBlock places;
   std::array<int, PlaceBlock::kSize> found;
   for (Eigen::Index first = 0; first < samples.size(); first += PlaceBlock::kSize) {
@@ -74,12 +85,15 @@ collectEvidence(const OrientedSamples& samples,
     for (std::size_t i = 0; i < places.count; ++i) {
       const double weight = samples.weights[first + static_cast<Eigen::Index>(i)];
       const double voice = std::sqrt(std::sqrt(weight));
+      const double facing_voice = faces(first + static_cast<Eigen::Index>(i)) ? voice : 0;
       evidence.total += weight;
       evidence.voices.total += voice;
+      evidence.facing.total += facing_voice;
       const Eigen::Vector3d normal = places.normal(i);
       if (found[i] >= 0) {
         evidence.matched += weight;
         evidence.voices.matched += voice;
+        evidence.facing.matched += facing_voice;
         evidence.matched_normals.noalias() += weight * normal * normal.transpose();
         continue;
       }
@@ -96,6 +110,8 @@ collectEvidence(const OrientedSamples& samples,
       if (range < options.free_ratio * free - options.free_margin) {
         evidence.contradicted += weight;
         evidence.voices.contradicted += voice;
+        if (std::abs(ray.cast<double>().dot(normal)) >= options.min_facing * range)
+          evidence.facing.contradicted += facing_voice;
       }
       else if (range < options.hidden_ratio * image->farthest(cell) + options.hidden_margin)
         evidence.unmatched += weight;

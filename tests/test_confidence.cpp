@@ -21,6 +21,15 @@ rate(Candidate& c)
   c.evidence.patches_matched = c.overlap;
   c.evidence.patches_contradicted = c.contradiction;
   c.score = c.overlap - 12 * c.contradiction;
+  c.evidence.facing_matched = c.evidence.patches_matched;
+  c.evidence.facing_score = c.score;
+}
+
+/// The confidence in \p c when the best rival has \p ratio of its score.
+double
+withRival(const Candidate& c, double ratio, bool free_space)
+{
+  return estimateConfidence(c, c.score * (1 - ratio), free_space);
 }
 
 /// A pose as it looks when it is right: most surface meets, nothing hangs in free space.
@@ -54,8 +63,8 @@ badCandidate()
 TEST(Confidence, SeparatesClearCases)
 {
   for (const bool free_space : {false, true}) {
-    EXPECT_GT(estimateConfidence(goodCandidate(), 0.5, free_space), 0.9) << free_space;
-    EXPECT_LT(estimateConfidence(badCandidate(), 0.95, free_space), Options().min_confidence) << free_space;
+    EXPECT_GT(withRival(goodCandidate(), 0.5, free_space), 0.9) << free_space;
+    EXPECT_LT(withRival(badCandidate(), 0.95, free_space), Options().min_confidence) << free_space;
   }
 }
 
@@ -81,15 +90,13 @@ TEST(Confidence, FallsWithContradictionsAndWithARival)
   same_score.overlap = twin.score;
   same_score.contradiction = 0;
   rate(same_score);
-  EXPECT_LT(estimateConfidence(twin, 0.2, true), estimateConfidence(same_score, 0.2, true));
+  EXPECT_LT(withRival(twin, 0.2, true), withRival(same_score, 0.2, true));
   double before = 1;
   for (double ratio = 0.05; ratio < 1; ratio += 0.1) {
-    const double now = estimateConfidence(goodCandidate(), ratio, true);
+    const double now = withRival(goodCandidate(), ratio, true);
     EXPECT_LT(now, before);
     before = now;
   }
-  // A rival that contradicts itself away is no more than none.
-  EXPECT_EQ(estimateConfidence(goodCandidate(), -0.5, true), estimateConfidence(goodCandidate(), 0, true));
 }
 
 TEST(Confidence, IsAProbabilityForAnyEvidence)
@@ -105,12 +112,14 @@ TEST(Confidence, IsAProbabilityForAnyEvidence)
     c.evidence.third_direction = share() / 3;
     c.evidence.patches_matched = share();
     c.score = c.evidence.patches_matched - random.uniform(0, 20) * share();
+    c.evidence.facing_matched = share();
+    c.evidence.facing_score = c.evidence.facing_matched - random.uniform(0, 20) * share();
     const double confidence = estimateConfidence(c, random.uniform(-3, 1), trial % 2 == 0);
     ASSERT_TRUE(confidence >= 0 && confidence <= 1);
   }
   const double infinity = std::numeric_limits<double>::infinity();
-  for (const double ratio : {-infinity, infinity}) // no rival at all
-    EXPECT_TRUE(std::isfinite(estimateConfidence(goodCandidate(), ratio, true)));
+  for (const double lead : {-infinity, infinity})
+    EXPECT_TRUE(std::isfinite(estimateConfidence(goodCandidate(), lead, true)));
 }
 
 TEST(Confidence, GrowsWithTheOverlapAndWithTheThirdDirection)
@@ -122,7 +131,7 @@ TEST(Confidence, GrowsWithTheOverlapAndWithTheThirdDirection)
       c.overlap = overlap;
       c.contradiction = 0;
       rate(c);
-      const double confidence = estimateConfidence(c, 0.5, free_space);
+      const double confidence = withRival(c, 0.5, free_space);
       EXPECT_GT(confidence, before) << overlap;
       before = confidence;
     }
@@ -132,7 +141,7 @@ TEST(Confidence, GrowsWithTheOverlapAndWithTheThirdDirection)
       c.overlap = 0.3;
       rate(c);
       c.evidence.third_direction = third;
-      const double confidence = estimateConfidence(c, 0.5, free_space);
+      const double confidence = withRival(c, 0.5, free_space);
       EXPECT_GT(confidence, before) << third;
       before = confidence;
     }
@@ -147,10 +156,10 @@ TEST(Confidence, ContradictionsSpeakAgainstAPose)
   contradicted.contradiction = 0.02;
   rate(clean);
   rate(contradicted);
-  EXPECT_LT(estimateConfidence(contradicted, 0.5, true), estimateConfidence(clean, 0.5, true));
+  EXPECT_LT(withRival(contradicted, 0.5, true), withRival(clean, 0.5, true));
   contradicted.contradiction = 0.05; // more than the matches are worth
   rate(contradicted);
-  EXPECT_LT(estimateConfidence(contradicted, 0.5, true), Options().min_confidence);
+  EXPECT_LT(withRival(contradicted, 0.5, true), Options().min_confidence);
 }
 
 TEST(Confidence, ACloseRivalDoesNotHelp)
@@ -159,9 +168,9 @@ TEST(Confidence, ACloseRivalDoesNotHelp)
   c.overlap = 0.3;
   rate(c);
   for (const bool free_space : {false, true})
-    EXPECT_LE(estimateConfidence(c, 0.99, free_space), estimateConfidence(c, 0.2, free_space));
-  EXPECT_LE(estimateConfidence(c, 0.99, true), estimateConfidence(c, 0.2, true));
-  EXPECT_EQ(estimateConfidence(c, 7, true), estimateConfidence(c, 1, true)); // a ratio above 1 is no ratio
+    EXPECT_LE(withRival(c, 0.99, free_space), withRival(c, 0.2, free_space));
+  EXPECT_LE(withRival(c, 0.99, true), withRival(c, 0.2, true));
+  EXPECT_EQ(estimateConfidence(c, -0.3, true), estimateConfidence(c, 0, true)); // behind its rival is no lead
 }
 
 } // namespace

@@ -187,6 +187,9 @@ TEST(Honest, aSymmetricRoomIsAmbiguousAndBothAnswersAreListed)
   const Result result = registerPair(pair);
   EXPECT_EQ(result.status, Status::Ambiguous) << result.message;
   EXPECT_LE(result.confidence, 0.5);
+  // Turned by half a turn about the room's middle, the sensor comes to lie elsewhere.
+  EXPECT_THAT(result.message, ::testing::HasSubstr("the strongest rival lies "));
+  EXPECT_THAT(result.message, ::testing::HasSubstr(" m and 180.0 degrees away"));
   ASSERT_GE(result.candidates.size(), 2u);
   bool listed = false;
   for (std::size_t i = 0; i < 2; ++i)

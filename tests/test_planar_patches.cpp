@@ -77,6 +77,19 @@ TEST(ExtractPatches, OnePlaneByHand)
   EXPECT_GT(extractPatches(cloud, &above, kThickness, PatchOptions()).samples.normals(2, 0), 0.999);
 }
 
+TEST(ExtractPatches, TellsHowFarAPatchFacesItsSensor)
+{
+  const ThinnedCloud cloud = thin(gridOnPlane(64, 0.52f));
+  const auto facing = [&](const Eigen::Vector3d& viewpoint) {
+    return extractPatches(cloud, &viewpoint, kThickness, PatchOptions()).samples.facing[0];
+  };
+  EXPECT_NEAR(facing({1.6, 1.6, -2}), 1, 1e-6);
+  EXPECT_NEAR(facing({1.6, 1.6, 7}), 1, 1e-6);
+  EXPECT_NEAR(facing({1.6 - 3, 1.6, 0.52 + 4}), 0.8, 1e-6);
+  EXPECT_NEAR(facing({-9, 4, 0.52}), 0, 1e-6);    // in the plane
+  EXPECT_EQ(extractPatches(cloud, nullptr, kThickness, PatchOptions()).samples.facing[0], 1);
+}
+
 TEST(ExtractPatches, SideFromTheCloudsNormalsWhereTheViewpointIsUnknown)
 {
   const Eigen::Matrix3Xf points = gridOnPlane(64, 0.52f);
@@ -284,6 +297,7 @@ TEST(SelectPatches, KeepsWhatIsAskedFor)
     EXPECT_EQ(some.samples.normals.col(k), all.samples.normals.col(i));
     EXPECT_EQ(some.samples.extents[k], all.samples.extents[i]);
     EXPECT_EQ(some.samples.weights[k], all.samples.weights[i]);
+    EXPECT_EQ(some.samples.facing[k], all.samples.facing[i]);
     EXPECT_EQ(some.majors.col(k), all.majors.col(i));
     EXPECT_EQ(some.half_minors[k], all.half_minors[i]);
     EXPECT_EQ(some.thickness[k], all.thickness[i]);
@@ -291,6 +305,9 @@ TEST(SelectPatches, KeepsWhatIsAskedFor)
     EXPECT_EQ(some.first_point[static_cast<std::size_t>(k)], all.first_point[static_cast<std::size_t>(i)]);
   }
   EXPECT_EQ(selectPatches(all, {}).size(), 0);
+  PlanarPatches seen_from_nowhere = all;
+  seen_from_nowhere.samples.facing.resize(0);
+  EXPECT_EQ(selectPatches(seen_from_nowhere, {3}).samples.facing.size(), 0);
   EXPECT_THROW(selectPatches(all, {all.size()}), std::out_of_range);
   EXPECT_THROW(selectPatches(all, {-1}), std::out_of_range);
 }

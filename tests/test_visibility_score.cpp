@@ -87,16 +87,65 @@ TEST(CollectEvidence, ByHand)
   EXPECT_EQ(matches_only.contradicted + matches_only.unmatched, 0);
 }
 
+TEST(CollectEvidence, WhatIsSeenEdgeOnIsHeardLess)
+{
+  // As above; the samples hang in front of the wall, or lie on it.
+  const testing::Rectangle wall{Eigen::Vector3d(4, 0, 0), Eigen::Vector3d(0, 2, 0), Eigen::Vector3d(0, 0, -2)};
+  PlanarPatches target;
+  addPatch(target, wall);
+  const PatchIndex index(target, 0.5);
+  const RangeImage image(testing::samplePoints({wall}, 4000, 1), Eigen::Vector3f::Zero(), kCell);
+  OrientedSamples samples;
+  samples.points.resize(3, 5);
+  samples.normals.resize(3, 5);
+  samples.weights = Eigen::VectorXd::Ones(5);
+  samples.facing.resize(5);
+  const Eigen::Vector3d towards(-1, 0, 0);
+  samples.points.col(0) << 4, 0.5, 0.5; // on the wall
+  samples.normals.col(0) = towards;
+  samples.facing[0] = 0.5;
+  samples.points.col(1) << 4, -0.5, 0.5; // on the wall, a line of points
+  samples.normals.col(1) = towards;
+  samples.facing[1] = 0.01;
+  samples.points.col(2) << 2, 0, 0; // in front of it
+  samples.normals.col(2) = towards;
+  samples.facing[2] = 0.5;
+  samples.points.col(3) << 2, 0, 0; // a line of points there
+  samples.normals.col(3) = towards;
+  samples.facing[3] = 0.01;
+  samples.points.col(4) << 2, 0, 0; // a board there, edge-on for the target's sensor
+  samples.normals.col(4) = Eigen::Vector3d::UnitZ();
+  samples.facing[4] = 0.5;
+
+  const Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  const SurfaceEvidence evidence = collectEvidence(samples, index, &image, T, VisibilityOptions());
+  EXPECT_EQ(evidence.voices.total, 5);
+  EXPECT_EQ(evidence.voices.matched, 2);
+  EXPECT_EQ(evidence.voices.contradicted, 3);
+  EXPECT_EQ(evidence.facing.total, 3);
+  EXPECT_EQ(evidence.facing.matched, 1);
+  EXPECT_EQ(evidence.facing.contradicted, 1);
+
+  samples.facing.resize(0); // from an unknown place: each may face it
+  const SurfaceEvidence unknown = collectEvidence(samples, index, &image, T, VisibilityOptions());
+  EXPECT_EQ(unknown.facing.total, 5);
+  EXPECT_EQ(unknown.facing.matched, 2);
+  EXPECT_EQ(unknown.facing.contradicted, 2);
+}
+
 TEST(CollectEvidence, AgreesWithPlainSums)
 {
   const Eigen::Matrix3Xf points = testing::samplePoints(testing::roomRectangles(), 300, 2);
   const Eigen::Vector3f viewpoint(0.1f, -0.2f, 0.1f);
   const RangeImage image(points, viewpoint, kCell);
   const PatchIndex index(roomPatches(), 0.4);
-  const PlanarPatches source = testing::randomPatches(600, 3, 0.4, 3);
+  PlanarPatches source = testing::randomPatches(600, 3, 0.4, 3);
   VisibilityOptions options;
   options.match.min_cos = 0.8f;
   testing::Random random(4);
+  source.samples.facing.resize(source.size());
+  for (double& facing : source.samples.facing)
+    facing = random.uniform(0, 2 * options.min_facing);
   SurfaceEvidence all;
   for (int trial = 0; trial < 5; ++trial) {
     const Eigen::Isometry3d T = testing::randomMotion(random, 1);
@@ -104,6 +153,7 @@ TEST(CollectEvidence, AgreesWithPlainSums)
     // All samples, sorted into what they are: hidden or out of view, matched, contradicted, unmatched.
     Eigen::Vector4d sums = Eigen::Vector4d::Zero();
     Eigen::Vector4d voices = Eigen::Vector4d::Zero();
+    double facing_matched = 0, facing_contradicted = 0;
     Eigen::Matrix3d visible_normals = Eigen::Matrix3d::Zero();
     for (Eigen::Index i = 0; i < source.size(); ++i) {
       const Eigen::Vector3f p = (T * source.samples.points.col(i)).cast<float>();
@@ -119,6 +169,12 @@ TEST(CollectEvidence, AgreesWithPlainSums)
         kind = 3;
       sums[kind] += source.samples.weights[i];
       voices[kind] += std::pow(source.samples.weights[i], 0.25);
+      if (source.samples.facing[i] >= options.min_facing) {
+        const double towards = std::abs((p - viewpoint).cast<double>().dot(n)) / range;
+        facing_matched += kind == 1 ? std::pow(source.samples.weights[i], 0.25) : 0;
+        facing_contradicted +=
+            kind == 2 && towards >= options.min_facing ? std::pow(source.samples.weights[i], 0.25) : 0;
+      }
       if (kind > 0)
         visible_normals += source.samples.weights[i] * n * n.transpose();
     }
@@ -129,10 +185,14 @@ TEST(CollectEvidence, AgreesWithPlainSums)
     EXPECT_NEAR(evidence.voices.total, voices.sum(), 1e-9);
     EXPECT_NEAR(evidence.voices.matched, voices[1], 1e-9);
     EXPECT_NEAR(evidence.voices.contradicted, voices[2], 1e-9);
+    EXPECT_NEAR(evidence.facing.matched, facing_matched, 1e-9);
+    EXPECT_NEAR(evidence.facing.contradicted, facing_contradicted, 1e-9);
     EXPECT_TRUE(evidence.visible_normals.isApprox(visible_normals, 1e-9));
     EXPECT_NEAR(evidence.matched_normals.trace(), evidence.matched, 1e-9);
     all += evidence;
   }
+  EXPECT_GT(all.facing.contradicted, 0);
+  EXPECT_LT(all.facing.contradicted, all.voices.contradicted);
   EXPECT_NEAR(all.voices.total, 5 * source.samples.weights.array().pow(0.25).sum(), 1e-9);
   for (const double sum : {all.matched, all.contradicted, all.unmatched, all.total - all.visible()})
     EXPECT_GT(sum, 0.01 * all.total); // each kind of evidence occurred
@@ -181,6 +241,8 @@ TEST(SurfaceEvidence, AddsUp)
   a.unmatched = 4;
   a.matched_normals.setConstant(5);
   a.visible_normals.setConstant(6);
+  a.voices = {7, 8, 9};
+  a.facing = {10, 11, 12};
   b = a;
   b += a;
   EXPECT_EQ(b.total, 2);
@@ -189,6 +251,12 @@ TEST(SurfaceEvidence, AddsUp)
   EXPECT_EQ(b.unmatched, 8);
   EXPECT_EQ(b.matched_normals(0, 2), 10);
   EXPECT_EQ(b.visible_normals(2, 1), 12);
+  EXPECT_EQ(b.voices.total, 14);
+  EXPECT_EQ(b.voices.matched, 16);
+  EXPECT_EQ(b.voices.contradicted, 18);
+  EXPECT_EQ(b.facing.total, 20);
+  EXPECT_EQ(b.facing.matched, 22);
+  EXPECT_EQ(b.facing.contradicted, 24);
 }
 
 TEST(WeakestMatchedShare, ByHand)

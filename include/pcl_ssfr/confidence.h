@@ -15,13 +15,14 @@ ambiguousRatio(bool free_space);
 
 /** \brief Estimated probability that a pose of the default profile is right, from the evidence for it.
  *
- * A logistic model of the share of the patches that matched, the lead over the best rival, what contradictions leave of
- * the score, and the surface that faces the third direction. Its coefficients were fitted to right and wrong answers on
- * real scan pairs, on simulated ones and on unrelated scans (scripts/fit_confidence). \param[in] rival_ratio score of
- * the best distinct rival over that of this pose, <= 1 \param[in] free_space whether contradictions could be seen (both
- * viewpoints believed) \return [0, 1]
+ * A logistic model of the lead over the best rival, what contradictions leave of the score (where they cannot be seen:
+ * the share of the patches that matched), and the surface that faces the third direction. Its coefficients were fitted
+ * to right and wrong answers on real scan pairs, on simulated ones and on unrelated scans (scripts/fit_confidence).
+ * \param[in] lead by how much \p best scores more than any distinct rival, by all patches and by those that face their
+ * sensor, whichever is less; its lower score when it has no rival \param[in] free_space whether contradictions could be
+ * seen (both viewpoints believed) \return [0, 1]
  */
 double
-estimateConfidence(const Candidate& best, double rival_ratio, bool free_space);
+estimateConfidence(const Candidate& best, double lead, bool free_space);
 
 } // namespace pcl_ssfr

@@ -106,8 +106,9 @@ public:
   {
     return nearest_[cell];
   }
-  /// Range up to which a cell is free [m]; 0 when it has no return. Its nearest return, or the middle between that and
-  /// a nearer neighbour's: a surface seen at a grazing angle spans many ranges within one cell.
+  /// Range up to which a cell is free [m]; 0 when it has no return. The nearest return of it and of the eight cells
+  /// around it: the rays of a cell may all pass by the edge of a thing that reaches into it, and a surface seen at a
+  /// grazing angle spans many ranges.
   float
   freeRange(std::size_t cell) const
   {

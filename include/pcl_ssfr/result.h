@@ -45,6 +45,10 @@ struct CandidateEvidence {
   /// sensor's free space, [0, 1]: the score is made of these.
   double patches_matched = 0;
   double patches_contradicted = 0;
+  /// The first share and the score, of those patches alone that face their own sensor: a line of points, which noise
+  /// spreads to a plane through the sensor, is left out.
+  double facing_matched = 0;
+  double facing_score = 0;
   double unmatched = 0; ///< share of the surface that is in view of the other sensor but met nothing like it, [0, 1]
   double weakest_direction = 0; ///< matched share of the visible surface, in the direction where it is least, [0, 1]
   double third_direction =

@@ -21,7 +21,9 @@ struct OrientedSamples {
   Points3 normals;         ///< unit normals, 3 x N; towards the sensor when \ref oriented, else of arbitrary sign
   Eigen::VectorXd weights; ///< surface that each sample stands for, N, > 0 [m^2]; 1 for the paper's points
   Eigen::VectorXd extents; ///< half width of the sample within its plane, N, >= 0 [m]; 0 for points
-  bool oriented = true;    ///< false: the sign of the normals carries no information (viewpoint unknown)
+  /// |cosine| of the angle between normal and line of sight, N, [0, 1]; empty or 1: the sensor's place is not known.
+  Eigen::VectorXd facing;
+  bool oriented = true; ///< false: the sign of the normals carries no information (viewpoint unknown)
 
   Eigen::Index
   size() const

@@ -18,6 +18,11 @@ struct VisibilityOptions {
   float free_margin = 0.3f;   ///< ... less this [m]: hangs in free space
   float hidden_ratio = 1.05f; ///< farther than this share of the farthest return ...
   float hidden_margin = 0.3f; ///< ... plus this [m]: hidden behind what was seen
+  /// |cosine| between a normal and a line of sight from which on a sample faces that sensor (six degrees). A plane
+  /// through the sensor cannot be seen: patches that do not face their own one (OrientedSamples::facing) are lines of
+  /// points, one sweep along a wall or the edge of a thing, which noise spreads along the line of sight. They lie where
+  /// something is, but are no surface.
+  double min_facing = 0.1;
 };
 
 /// How loudly the samples of a scan speak for a pose and against it: each with the fourth root of its area [m^2]. A
@@ -27,6 +32,9 @@ struct Voices {
   double total = 0;        ///< of all samples
   double matched = 0;      ///< of those that meet a compatible patch
   double contradicted = 0; ///< of those that hang in front of what the other sensor saw through
+
+  Voices&
+  operator+=(const Voices& other);
 };
 
 /// What becomes of the surface of a scan when it is laid into the other scan; all in weight (square metres).
@@ -40,6 +48,9 @@ struct SurfaceEvidence {
   Eigen::Matrix3d matched_normals = Eigen::Matrix3d::Zero();
   Eigen::Matrix3d visible_normals = Eigen::Matrix3d::Zero();
   Voices voices;
+  /// The same of the samples that face their own sensor (VisibilityOptions::min_facing); of these contradict only those
+  /// that face the other sensor too: what is seen edge-on is easily missed.
+  Voices facing;
 
   double
   visible() const
