@@ -86,7 +86,7 @@ TEST(ExtractPatches, TellsHowFarAPatchFacesItsSensor)
   EXPECT_NEAR(facing({1.6, 1.6, -2}), 1, 1e-6);
   EXPECT_NEAR(facing({1.6, 1.6, 7}), 1, 1e-6);
   EXPECT_NEAR(facing({1.6 - 3, 1.6, 0.52 + 4}), 0.8, 1e-6);
-  EXPECT_NEAR(facing({-9, 4, 0.52}), 0, 1e-6);    // in the plane
+  EXPECT_NEAR(facing({-9, 4, 0.52}), 0, 1e-6); // in the plane
   EXPECT_EQ(extractPatches(cloud, nullptr, kThickness, PatchOptions()).samples.facing[0], 1);
 }
 
