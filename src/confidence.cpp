@@ -14,9 +14,9 @@ namespace {
 struct Coefficients {
   double constant, matched, lead, clear, third;
 };
-// Fitted by scripts/fit_confidence on 1731 right and 214 wrong answers (real pairs turned at random and as they are,
+// Fitted by scripts/fit_confidence on 2028 right and 250 wrong answers (real pairs turned at random and as they are,
 // with sources thinned, cut to a sector and cut in range, scans of different places, simulated offices, flats, halls
-// and streets); without free space on 75 and 15 (such pairs with their origins moved or another scan merged).
+// and streets); without free space on 91 and 23 (such pairs with their origins moved or another scan merged).
 constexpr Coefficients kWithFreeSpace = {13.153, 0, 1.572, 3.812, 1.296};
 constexpr Coefficients kWithoutFreeSpace = {8.019, 0.730, 1.112, 0, 0.575};
 constexpr double kMinMatched = 0.02;
@@ -33,10 +33,11 @@ estimateConfidence(const Candidate& best, double lead, bool free_space)
     return 0;
   const Coefficients& c = free_space ? kWithFreeSpace : kWithoutFreeSpace;
   const double matched = best.evidence.facing_matched;
+  const double least_lead = std::min({lead, best.score, best.evidence.facing_score});
   const double clear = best.evidence.facing_score / std::max(matched, kMinMatched);
-  const double logit = c.constant + c.matched * std::log(matched + kMinMatched) +
-                       c.lead * std::log(std::max(lead, kMinLead)) + c.clear * std::log(std::max(clear, kMinClear)) +
-                       c.third * std::log(best.evidence.third_direction + kMinThird);
+  const double logit =
+      c.constant + c.matched * std::log(matched + kMinMatched) + c.lead * std::log(std::max(least_lead, kMinLead)) +
+      c.clear * std::log(std::max(clear, kMinClear)) + c.third * std::log(best.evidence.third_direction + kMinThird);
   return 1 / (1 + std::exp(-logit));
 }
 

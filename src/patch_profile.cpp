@@ -836,16 +836,15 @@ private:
     result_.contradiction = best.contradiction;
     result_.rmse = polish_.rms;
     const JudgedPose* rival = findRival(poses);
-    const double alone = std::min(best.score, best.evidence.facing_score);
-    result_.confidence =
-        estimateConfidence(best, rival ? std::min(alone, leadOver(*rival, poses.front())) : alone, seesFreeSpace());
+    constexpr double kNoRival = std::numeric_limits<double>::infinity();
+    result_.confidence = estimateConfidence(best, rival ? leadOver(*rival, poses.front()) : kNoRival, seesFreeSpace());
     if (polish_.matches > 0) {
       result_.information = informationMatrix(polish_, target_.origin, kNoiseFloor * scale_, kPolishPointsAPatch);
       result_.unobservable = findUnobservableDirections(polish_);
     }
     Standing standing;
     standing.equals = countEquals(poses);
-    standing.confidence_alone = estimateConfidence(best, alone, seesFreeSpace());
+    standing.confidence_alone = estimateConfidence(best, kNoRival, seesFreeSpace());
     if (rival)
       standing.rival = "the strongest rival lies " + displacement(poses.front(), *rival) + " away";
     decide(standing);
@@ -958,7 +957,7 @@ private:
                      100 * best.contradiction));
       return;
     }
-    if (standing.confidence_alone >= options_.min_confidence) {
+    if (best.score > 0 && standing.confidence_alone >= options_.min_confidence) {
       fail(Status::Ambiguous, "another pose explains the scans nearly as well: " + standing.rival);
       return;
     }

@@ -97,6 +97,8 @@ TEST(Confidence, FallsWithContradictionsAndWithARival)
     EXPECT_LT(now, before);
     before = now;
   }
+  // A rival that contradicts itself away is no more than none.
+  EXPECT_EQ(withRival(goodCandidate(), -0.5, true), withRival(goodCandidate(), 0, true));
 }
 
 TEST(Confidence, IsAProbabilityForAnyEvidence)

@@ -34,15 +34,24 @@ roomPatches()
   return patches;
 }
 
+/// A target that saw a wall at x = 4 through a window of +-2 m, from the origin.
+struct SeenWall {
+  PatchIndex index;
+  RangeImage image;
+
+  SeenWall()
+  {
+    const testing::Rectangle wall{Eigen::Vector3d(4, 0, 0), Eigen::Vector3d(0, 2, 0), Eigen::Vector3d(0, 0, -2)};
+    PlanarPatches target;
+    addPatch(target, wall);
+    index = PatchIndex(target, 0.5);
+    image = RangeImage(testing::samplePoints({wall}, 4000, 1), Eigen::Vector3f::Zero(), kCell);
+  }
+};
+
 TEST(CollectEvidence, ByHand)
 {
-  // The target saw a wall at x = 4 through a window of +-2 m, from the origin.
-  const testing::Rectangle wall{Eigen::Vector3d(4, 0, 0), Eigen::Vector3d(0, 2, 0), Eigen::Vector3d(0, 0, -2)};
-  PlanarPatches target;
-  addPatch(target, wall);
-  const PatchIndex index(target, 0.5);
-  const RangeImage image(testing::samplePoints({wall}, 4000, 1), Eigen::Vector3f::Zero(), kCell);
-
+  const SeenWall wall;
   OrientedSamples samples;
   samples.points.resize(3, 7);
   samples.normals.resize(3, 7);
@@ -69,7 +78,7 @@ TEST(CollectEvidence, ByHand)
   samples.points = T.inverse() * samples.points;
   samples.normals = T.inverse().linear() * samples.normals;
 
-  const SurfaceEvidence evidence = collectEvidence(samples, index, &image, T, VisibilityOptions());
+  const SurfaceEvidence evidence = collectEvidence(samples, wall.index, &wall.image, T, VisibilityOptions());
   EXPECT_EQ(evidence.total, 127);
   EXPECT_EQ(evidence.matched, 1);
   EXPECT_EQ(evidence.contradicted, 2);
@@ -82,19 +91,14 @@ TEST(CollectEvidence, ByHand)
   EXPECT_TRUE(evidence.matched_normals.isApprox(Eigen::Vector3d(1, 0, 0).asDiagonal().toDenseMatrix(), 1e-9));
   EXPECT_TRUE(evidence.visible_normals.isApprox(Eigen::Vector3d(67, 0, 4).asDiagonal().toDenseMatrix(), 1e-9));
 
-  const SurfaceEvidence matches_only = collectEvidence(samples, index, nullptr, T, VisibilityOptions());
+  const SurfaceEvidence matches_only = collectEvidence(samples, wall.index, nullptr, T, VisibilityOptions());
   EXPECT_EQ(matches_only.matched, 1);
   EXPECT_EQ(matches_only.contradicted + matches_only.unmatched, 0);
 }
 
 TEST(CollectEvidence, WhatIsSeenEdgeOnIsHeardLess)
 {
-  // As above; the samples hang in front of the wall, or lie on it.
-  const testing::Rectangle wall{Eigen::Vector3d(4, 0, 0), Eigen::Vector3d(0, 2, 0), Eigen::Vector3d(0, 0, -2)};
-  PlanarPatches target;
-  addPatch(target, wall);
-  const PatchIndex index(target, 0.5);
-  const RangeImage image(testing::samplePoints({wall}, 4000, 1), Eigen::Vector3f::Zero(), kCell);
+  const SeenWall wall; // the samples hang in front of it, or lie on it
   OrientedSamples samples;
   samples.points.resize(3, 5);
   samples.normals.resize(3, 5);
@@ -118,7 +122,7 @@ TEST(CollectEvidence, WhatIsSeenEdgeOnIsHeardLess)
   samples.facing[4] = 0.5;
 
   const Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-  const SurfaceEvidence evidence = collectEvidence(samples, index, &image, T, VisibilityOptions());
+  const SurfaceEvidence evidence = collectEvidence(samples, wall.index, &wall.image, T, VisibilityOptions());
   EXPECT_EQ(evidence.voices.total, 5);
   EXPECT_EQ(evidence.voices.matched, 2);
   EXPECT_EQ(evidence.voices.contradicted, 3);
@@ -127,7 +131,7 @@ TEST(CollectEvidence, WhatIsSeenEdgeOnIsHeardLess)
   EXPECT_EQ(evidence.facing.contradicted, 1);
 
   samples.facing.resize(0); // from an unknown place: each may face it
-  const SurfaceEvidence unknown = collectEvidence(samples, index, &image, T, VisibilityOptions());
+  const SurfaceEvidence unknown = collectEvidence(samples, wall.index, &wall.image, T, VisibilityOptions());
   EXPECT_EQ(unknown.facing.total, 5);
   EXPECT_EQ(unknown.facing.matched, 2);
   EXPECT_EQ(unknown.facing.contradicted, 2);

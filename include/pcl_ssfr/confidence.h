@@ -19,7 +19,8 @@ ambiguousRatio(bool free_space);
  * the share of the patches that matched), and the surface that faces the third direction. Its coefficients were fitted
  * to right and wrong answers on real scan pairs, on simulated ones and on unrelated scans (scripts/fit_confidence).
  * \param[in] lead by how much \p best scores more than any distinct rival, by all patches and by those that face their
- * sensor, whichever is less; its lower score when it has no rival \param[in] free_space whether contradictions could be
+ * sensor, whichever is less. More than its own scores counts as these: a rival that contradicts itself away is no more
+ * than none (infinity) \param[in] free_space whether contradictions could be
  * seen (both viewpoints believed) \return [0, 1]
  */
 double
