@@ -4,6 +4,7 @@
 // Success, accuracy and time of a method on every pair of dataset folders (pairs.csv beside the scans).
 
 #include "cloud_views.h"
+#include "pair_variants.h"
 #include "scan_loader.h"
 
 #include <apps/io/dataset_folder.h>
@@ -57,9 +58,11 @@ struct Settings {
   bool features = false; ///< a line a candidate with its evidence, for scripts/fit_confidence
   bool why = false;      ///< a line for each pair that is not solved: where the truth was lost
   std::vector<std::size_t> only;
-  bool unrelated = false;         ///< pair each source with a target of the next folder: every answer is wrong
-  fs::path target_folder;         ///< of the targets, when unrelated ...
-  std::vector<Pair> target_pairs; ///< ... and its pairs
+  pcl_ssfr::benchmarks::Spoil spoil; ///< of each source
+  bool others = false;               ///< the pairs of scans that pairs.csv does not list, instead of those that it does
+  bool unrelated = false;            ///< pair each source with a target of the next folder: every answer is wrong
+  fs::path target_folder;            ///< of the targets, when unrelated ...
+  std::vector<Pair> target_pairs;    ///< ... and its pairs
 };
 
 struct Outcome {
@@ -249,7 +252,7 @@ runPair(const fs::path& folder, const std::vector<Pair>& pairs, std::size_t numb
     target_motion.translation() = randomRotation(rng).linear() * Eigen::Vector3d(settings.away, 0, 0);
     target = moved(*target, target_motion);
   }
-  source = moved(*source, motion);
+  source = moved(*pcl_ssfr::benchmarks::spoiled(*source, settings.spoil, settings.seed + number), motion);
   const Eigen::Isometry3d truth = target_motion * pair.T_target_source * motion.inverse();
 
   Outcome outcome;
@@ -348,6 +351,13 @@ struct Totals {
   }
 };
 
+std::vector<Pair>
+readPairs(const fs::path& folder, const Settings& settings)
+{
+  std::vector<Pair> pairs = pcl_ssfr::io::readDatasetFolder(folder.string()).pairs;
+  return settings.others ? pcl_ssfr::benchmarks::otherPairs(pairs) : pairs;
+}
+
 /// One table: every method, sources turned at random and as they are. The default profile runs on every pair.
 int
 compare(const std::vector<std::string>& folders, Settings settings)
@@ -366,7 +376,7 @@ compare(const std::vector<std::string>& folders, Settings settings)
   const auto cell = [](const Totals& t) { std::printf(" %zu / %zu |", t.solved, t.pairs); };
   for (const std::string& name : folders) {
     const fs::path folder(name);
-    const std::vector<Pair> pairs = pcl_ssfr::io::readDatasetFolder(folder.string()).pairs;
+    const std::vector<Pair> pairs = readPairs(folder, settings);
     std::printf("| %s |", fs::weakly_canonical(folder).filename().c_str());
     Totals ours;
     std::size_t wrong = 0;
@@ -421,7 +431,7 @@ run(const std::vector<std::string>& folders, Settings settings)
                 settings.threads);
   for (std::size_t f = 0; f < folders.size(); ++f) {
     const fs::path folder(folders[f]);
-    std::vector<Pair> pairs = pcl_ssfr::io::readDatasetFolder(folder.string()).pairs;
+    std::vector<Pair> pairs = readPairs(folder, settings);
     if (settings.unrelated) {
       settings.target_folder = folders[(f + 1) % folders.size()];
       settings.target_pairs = pcl_ssfr::io::readDatasetFolder(settings.target_folder.string()).pairs;
@@ -519,6 +529,14 @@ main(int argc, char** argv)
       ("away", po::value(&settings.away)->default_value(0), "move the origins this far from the sensors [m]")
       ("merged", po::bool_switch(&settings.merged),
        "lay the source of another pair into each target: such a cloud has no one viewpoint (pairs without such: left out)")
+      ("others", po::bool_switch(&settings.others),
+       "instead of the pairs of pairs.csv: those the other way round, and of scans that several pairs connect")
+      ("spoil-every", po::value(&settings.spoil.every)->default_value(settings.spoil.every),
+       "keep only every k-th point of each source")
+      ("spoil-sector", po::value(&settings.spoil.sector_degrees)->default_value(settings.spoil.sector_degrees),
+       "keep only a sector of each source, at a random place about its z axis [deg]")
+      ("spoil-nearest", po::value(&settings.spoil.nearest)->default_value(settings.spoil.nearest),
+       "keep only this share of each source, the points nearest to the sensor")
       ("unrelated", po::bool_switch(&settings.unrelated),
        "targets from the next folder: whatever is reported converged is wrong")
       ("verbose", po::bool_switch(&settings.verbose), "a line a pair")

@@ -86,4 +86,23 @@ largestRotationDeviation(const Refinement& refinement, double noise_floor, doubl
   return largest;
 }
 
+std::vector<MotionStrength>
+rankMotions(const Refinement& refinement)
+{
+  const double lever_square =
+      refinement.hessian.topLeftCorner<3, 3>().trace() / refinement.hessian.bottomRightCorner<3, 3>().trace();
+  if (refinement.matches == 0 || !(lever_square > 0) || !refinement.hessian.allFinite())
+    return {};
+  SmallMotion unit; // of each coordinate: moves the matched surface by 1 m
+  unit << Eigen::Vector3d::Constant(1 / std::sqrt(lever_square)), Eigen::Vector3d::Ones();
+  const Eigen::Matrix<double, 6, 6> scaled = unit.asDiagonal() * refinement.hessian * unit.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 6, 6>> solver(0.5 * (scaled + scaled.transpose()));
+  std::vector<MotionStrength> motions;
+  motions.reserve(6);
+  for (int k = 0; k < 6; ++k)
+    motions.push_back({unit.cwiseProduct(solver.eigenvectors().col(k)),
+                       std::max(0.0, solver.eigenvalues()[k] / solver.eigenvalues()[5])});
+  return motions;
+}
+
 } // namespace pcl_ssfr

@@ -54,17 +54,19 @@ constexpr double kRoundShare = 0.3; // of the surface that faces across an axis 
 constexpr double kRoundFullShare = 0.6;     // ... and of that, so much at most in the fullest third of all directions
 constexpr double kContradictionWeight = 14; // of the score: contradictions are rare and precious (METHOD point 14b)
 
-/// How hard the search tries; the second effort is made only when the first finds nothing acceptable.
+/// How hard the search tries; the second effort, for scans that share little, is made only when the first finds nothing
+/// acceptable.
 struct Effort {
   std::size_t rotations;
   std::size_t poses;    ///< refined, at most
   double votes;         ///< of the best pose, that one must have to be refined before the others
   std::size_t distinct; ///< refined finely, at most
   int peaks_first, peaks_second;
+  bool little_overlap;
 };
 // Of 271 real pairs, all solved ones had a pose near the truth with 0.65 of the most votes; of 375 simulated ones, 373
 // with 0.4.
-constexpr Effort kEfforts[] = {{24, 80, 0.4, 8, 5, 8}, {60, 240, 0, 16, 8, 16}};
+constexpr Effort kEfforts[] = {{24, 80, 0.4, 8, 5, 8, false}, {24, 240, 0, 16, 8, 24, true}};
 
 /// The vertical is a direction of the scene even where no surface faces it.
 std::vector<MainNormal>
@@ -214,9 +216,7 @@ public:
         refineFinely(others);
         found.insert(found.end(), others.begin(), others.end());
       }
-      // What the first effort found is forgotten only for the whole of the second.
-      if (outOfTime() || found.empty())
-        found.insert(found.end(), poses.begin(), poses.end());
+      found.insert(found.end(), poses.begin(), poses.end());
       poses = keepDistinct(std::move(found), effort.distinct);
       const std::size_t equals = poses.empty() ? 0 : conclude(poses).equals;
       if (result_.accepted() || (result_.status == Status::Ambiguous && equals > 1) || outOfTime())
@@ -460,6 +460,9 @@ private:
                                      source_.patches.samples,
                                      target_.patches.samples,
                                      HistogramOptions{}.max_bins);
+    search.little_overlap = effort.little_overlap;
+    if (effort.little_overlap)
+      search.contradiction_weight = kContradictionWeight;
     search.peak_separation = kDistinctDistance * scale_;
     search.step = kSearchStep * scale_;
     search.visibility = visibility(kFreeMargin, kLooseNormals);
@@ -652,18 +655,34 @@ private:
   refineOnPatches(const Eigen::Isometry3d& T_target_source) const
   {
     constexpr int kSteps = 15;
-    RefinementOptions options = refinement(kFineReach, kFineFinal, kNormals, kSteps);
+    return refineToFine(source_.patches, T_target_source, kSteps);
+  }
+
+  /// The same with the patches that stand for all.
+  Eigen::Isometry3d
+  refineRoughly(const Eigen::Isometry3d& T_target_source) const
+  {
+    constexpr int kSteps = 8;
+    return refineToFine(source_.coarse, T_target_source, kSteps);
+  }
+
+  Eigen::Isometry3d
+  refineToFine(const PlanarPatches& source, const Eigen::Isometry3d& T_target_source, int steps) const
+  {
+    RefinementOptions options = refinement(kFineReach, kFineFinal, kNormals, steps);
     options.min_step = kFineStep * scale_;
-    return refinePatches(source_.patches, target_.index, T_target_source, options).T_target_source;
+    return refinePatches(source, target_.index, T_target_source, options).T_target_source;
   }
 
   void
   refineFinely(std::vector<JudgedPose>& poses)
   {
     const std::size_t before = poses.size();
+    const double best = poses.empty() ? 0 : poses.front().score;
     forEachPose(poses, [&](JudgedPose& pose) {
+      const bool hopeless = !pose.from_guess && best > 0 && pose.score < kHopelessShare * best;
       judgeFinely(pose);
-      if (options_.refine && !outOfTime())
+      if (options_.refine && !outOfTime() && !hopeless)
         moveUnlessWorse(pose, refineOnPatches(pose.T_target_source));
     });
     if (options_.gravity)
@@ -722,6 +741,8 @@ private:
     std::rotate(poses.begin(),
                 poses.begin() + static_cast<std::ptrdiff_t>(best),
                 poses.begin() + static_cast<std::ptrdiff_t>(best) + 1);
+    if (!outOfTime() && options_.refine)
+      searchBeside(poses.front());
     // Polished, a rival may turn out to be the same pose.
     const Eigen::Isometry3d T_best = poses.front().T_target_source;
     poses.erase(std::remove_if(poses.begin() + 1,
@@ -732,6 +753,50 @@ private:
            static_cast<std::uint64_t>(static_cast<Eigen::Index>(polishes.size()) *
                                       (source_.surface.points.cols() + target_.surface.points.cols())),
            static_cast<std::uint64_t>(polish_.matches));
+  }
+
+  /// Where the scans hardly tell a pose along some directions, as level rings hardly tell its tilt, a refinement ends
+  /// in the nearest of several places that explain them almost equally well. So start it from places beside the best
+  /// pose, along those directions, and take the one that explains most.
+  void
+  searchBeside(JudgedPose& best)
+  {
+    for (int round = 0; round < kBesideRounds && best.score > 0; ++round) {
+      std::vector<JudgedPose> beside = placesBeside(best);
+      forEachPose(beside, [&](JudgedPose& pose) {
+        pose.T_target_source = refineRoughly(pose.T_target_source);
+        judgeFinely(pose);
+      });
+      if (options_.gravity)
+        dropTilted(beside, options_.gravity->tolerance + kGravityMargin);
+      dropFarFromGuess(beside, kGravityMargin, 0);
+      sortByScore(beside);
+      if (outOfTime() || beside.empty() || beside.front().score < kBesideGain * best.score)
+        return;
+      const Refinement polished = polish(beside.front());
+      if (beside.front().score < kBesideGain * best.score)
+        return;
+      best = beside.front();
+      polish_ = polished;
+    }
+  }
+
+  /// The polished best pose, moved to and fro along what the matches tell least about.
+  std::vector<JudgedPose>
+  placesBeside(const JudgedPose& best) const
+  {
+    std::vector<JudgedPose> beside;
+    const std::vector<MotionStrength> motions = rankMotions(polish_);
+    for (std::size_t k = 0; k < std::min(kBesideDirections, motions.size()); ++k)
+      if (motions[k].strength < kBesideStrength)
+        for (const double distance : kBesideDistances)
+          for (const int sign : {-1, 1}) {
+            beside.push_back(best);
+            beside.back().T_target_source = Eigen::Translation3d(polish_.centre) *
+                                            expSe3(sign * distance * scale_ * motions[k].motion) *
+                                            Eigen::Translation3d(-polish_.centre) * best.T_target_source;
+          }
+    return beside;
   }
 
   /// Points of each scan onto small planes of the other.
@@ -1025,7 +1090,7 @@ private:
   static constexpr double kKeptScore =
       0.9; // share of the score that a refinement, which makes the pose more exact, may cost
   static constexpr std::size_t kFirstRotations = 6;
-  static constexpr double kClearScore = 0.3;
+  static constexpr double kClearScore = 0.2;
   static constexpr double kClearShare = 0.65; // of the matched voices, that contradictions leave of the score
   static constexpr std::size_t kSweepAxes = 2;
   static constexpr int kSweepSteps = 80;        // 4.5 degrees: half of it is well within reach of the refinement
@@ -1040,7 +1105,13 @@ private:
   // to five times the deviation, and a pose should be known to two degrees.
   static constexpr double kMaxRotationDeviation = 0.007;
   static constexpr double kHopelessOverlap = 0.15;
-  static constexpr double kPolishedShare = 0.85; // of the best score: a rival that is polished too
+  static constexpr double kHopelessShare = 0.4; // of the best score: what has less is not refined any more
+  static constexpr int kBesideRounds = 2;
+  static constexpr std::size_t kBesideDirections = 3;
+  static constexpr double kBesideStrength = 0.1; // of the best told motion: what is told better has one place only
+  static constexpr double kBesideDistances[] = {0.15, 0.3}; // [m] at scale 1, of the matched surface
+  static constexpr double kBesideGain = 1.02;               // of the score, that another place must have
+  static constexpr double kPolishedShare = 0.85;            // of the best score: a rival that is polished too
   static constexpr std::size_t kMaxPolished = 4;
   static constexpr double kClearlyNearer = 0.5;        // of the distance of the next pose to the guess
   static constexpr double kTellingContradiction = 0.1; // of the visible surface

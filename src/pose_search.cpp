@@ -24,6 +24,11 @@ constexpr double kGlanceShare = 0.1;
 constexpr Eigen::Index kScreeningStride = 4;
 constexpr double kScreeningShare = 0.5;
 static_assert(kGlanceStride % kScreeningStride == 0);
+// And for little overlap:
+constexpr double kLeastShare = 0.05;   // of the votes that must be for a pose
+constexpr int kGlancedAgainst = 2;     // votes against it at the first glance that no pose survives
+constexpr int kPeakNeighbours = 4;     // shifts tried on each side of the highest peak of a correlation ...
+constexpr double kNeighbourStep = 1.6; // ... and how far apart, in units of the step along the third axis
 
 /// Main normal that a direction belongs to, or main_normals.size().
 std::size_t
@@ -126,6 +131,13 @@ axisPeaks(const AxisCorrelation& along, const Eigen::Vector3d& axis, int count, 
     if (window)
       peaks.back().shift = window->centre.dot(axis);
   }
+  if (options.little_overlap)
+    for (int k = 1; k <= kPeakNeighbours; ++k)
+      for (const int sign : {-1, 1}) {
+        ShiftPeak beside = peaks.front();
+        beside.shift += sign * k * kNeighbourStep * options.step;
+        peaks.push_back(beside);
+      }
   return peaks;
 }
 
@@ -182,14 +194,34 @@ public:
     return index_.countFacing(probes_, 0, probes_.x.size(), t);
   }
 
-  /// Samples that hang in the free space of the target.
+  /// Whether the translation has the least share of the votes among those that are screened, and next to none against
+  /// it among those of the first glance.
+  bool
+  isWorthCounting(const Eigen::Vector3f& t) const
+  {
+    const int glanced = index_.countFacing(probes_, 0, glanced_, t);
+    return glanced > 0 &&
+           glanced + index_.countFacing(probes_, glanced_, screened_, t) >=
+               kLeastShare * static_cast<double>(screened_) &&
+           votesAgainst(t, glanced_, kGlancedAgainst) < kGlancedAgainst;
+  }
+
+  /// Samples that hang in the free space of the target; counting ends at \p most.
   int
-  votesAgainst(const Eigen::Vector3f& t) const
+  votesAgainst(const Eigen::Vector3f& t, int most = std::numeric_limits<int>::max()) const
+  {
+    return votesAgainst(t, probes_.x.size(), most);
+  }
+
+private:
+  /// The same among the first \p end.
+  int
+  votesAgainst(const Eigen::Vector3f& t, std::size_t end, int most) const
   {
     if (!image_)
       return 0;
     int votes = 0;
-    for (std::size_t i = 0; i < probes_.x.size(); ++i) {
+    for (std::size_t i = 0; i < end && votes < most; ++i) {
       const Eigen::Vector3f p = Eigen::Vector3f(probes_.x[i], probes_.y[i], probes_.z[i]) + t;
       if ((index_.mask(p) & probes_.direction[i]) != 0)
         continue;
@@ -200,7 +232,6 @@ public:
     return votes;
   }
 
-private:
   const PatchIndex& index_;
   const RangeImage* image_;
   const VisibilityOptions& options_;
@@ -208,6 +239,80 @@ private:
   std::size_t glanced_ = 0;
   std::size_t screened_ = 0;
 };
+
+/// Shifts at equal distances.
+struct ShiftLine {
+  Eigen::Vector3f start; ///< [m]
+  Eigen::Vector3f step;  ///< [m]
+  std::size_t count;
+
+  Eigen::Vector3f
+  operator[](std::size_t i) const
+  {
+    return start + static_cast<float>(i) * step;
+  }
+};
+
+/// A translation and how the samples voted on it.
+struct Verdict {
+  Eigen::Vector3f translation; ///< [m]
+  int votes = 0;               ///< for it
+  double score = 0;            ///< votes for it, less the weighted votes against it
+};
+
+/// The shifts of a line that have the most votes, of those around them and not far below the best of all.
+/// \param[in,out] best_screened votes of the best of all among those that are screened
+void
+findMostVoted(const Ballot& ballot,
+              const ShiftLine& line,
+              double contradiction_weight,
+              int& best_screened,
+              std::vector<Verdict>& found)
+{
+  // Patches are found from about two steps away: every second shift tells whether those around it are worth counting.
+  std::vector<int> counts(line.count, 0);
+  for (std::size_t s = 0; s < line.count; s += 2) {
+    const Eigen::Vector3f t = line[s];
+    const int screened = ballot.screenedVotesFor(t, best_screened);
+    best_screened = std::max(best_screened, screened);
+    if (screened < kScreeningShare * best_screened)
+      continue;
+    counts[s] = screened + ballot.otherVotesFor(t);
+    if (s > 0 && counts[s - 1] == 0)
+      counts[s - 1] = ballot.votesFor(line[s - 1]);
+    if (s + 1 < line.count)
+      counts[s + 1] = ballot.votesFor(line[s + 1]);
+  }
+  for (std::size_t s = 0; s < line.count; ++s) {
+    const int count = counts[s];
+    if (count == 0 || (s > 0 && counts[s - 1] > count) || (s + 1 < line.count && counts[s + 1] >= count))
+      continue;
+    found.push_back({line[s], count, count - contradiction_weight * ballot.votesAgainst(line[s])});
+  }
+}
+
+/// The shifts of a line that have enough votes, and more than the weighted ones against them.
+void
+findUncontradicted(const Ballot& ballot,
+                   const ShiftLine& line,
+                   double contradiction_weight,
+                   std::vector<Verdict>& found)
+{
+  std::vector<bool> wanted(line.count, false);
+  for (std::size_t s = 0; s < line.count; s += 2)
+    if (ballot.isWorthCounting(line[s]))
+      for (std::size_t k = s - std::min<std::size_t>(s, 1); k <= std::min(s + 1, line.count - 1); ++k)
+        wanted[k] = true;
+  for (std::size_t s = 0; s < line.count; ++s) {
+    const int count = wanted[s] ? ballot.votesFor(line[s]) : 0;
+    if (count < kLeastShare * static_cast<double>(ballot.size()))
+      continue;
+    const int most = static_cast<int>(std::ceil(count / contradiction_weight));
+    const int against = ballot.votesAgainst(line[s], most);
+    if (against < most)
+      found.push_back({line[s], count, count - contradiction_weight * against});
+  }
+}
 
 /// Interval of the samples' positions along an axis that holds all but the outermost twentieth at each end.
 std::pair<double, double>
@@ -379,7 +484,8 @@ searchTranslations(const OrientedSamples& source,
 
   const auto [source_low, source_high] = centralInterval(source, R.transpose() * axes.col(2));
   const auto [target_low, target_high] = centralInterval(target, axes.col(2));
-  const double shared = kMinSharedLength * std::min(source_high - source_low, target_high - target_low);
+  const double shared =
+      options.little_overlap ? 0 : kMinSharedLength * std::min(source_high - source_low, target_high - target_low);
   double shift_low = target_low - source_high + shared;
   double shift_high = target_high - source_low - shared;
   if (options.window) {
@@ -387,55 +493,32 @@ searchTranslations(const OrientedSamples& source,
     shift_low = std::max(shift_low, centre - options.window->radius);
     shift_high = std::min(shift_high, centre + options.window->radius);
   }
-  const int shifts = std::max(1, static_cast<int>(std::ceil((shift_high - shift_low) / options.step)));
+  const auto shifts = static_cast<std::size_t>(std::max(1.0, std::ceil((shift_high - shift_low) / options.step)));
 
   const Ballot ballot(votes, target_index, target_image, R, options.visibility);
-  std::vector<PoseHypothesis> found;
-  std::vector<int> counts(static_cast<std::size_t>(shifts));
+  std::vector<Verdict> found;
   int best_screened = options.rival_votes / static_cast<int>(kScreeningStride);
   for (const ShiftPeak& a : first)
     for (const ShiftPeak& b : second) {
-      const Eigen::Vector3f base = composeShifts(axes, {a.shift, b.shift, shift_low}).cast<float>();
-      const Eigen::Vector3f step = (axes.col(2) * options.step).cast<float>();
-      // Patches are found from about two steps away: every second shift tells whether those around it are worth
-      // counting.
-      std::fill(counts.begin(), counts.end(), 0);
-      const auto countAt = [&](int s) {
-        if (s < 0 || s >= shifts || counts[static_cast<std::size_t>(s)] > 0)
-          return;
-        counts[static_cast<std::size_t>(s)] = ballot.votesFor(base + static_cast<float>(s) * step);
-      };
-      for (int s = 0; s < shifts; s += 2) {
-        const Eigen::Vector3f t = base + static_cast<float>(s) * step;
-        const int screened = ballot.screenedVotesFor(t, best_screened);
-        best_screened = std::max(best_screened, screened);
-        if (screened < kScreeningShare * best_screened)
-          continue;
-        counts[static_cast<std::size_t>(s)] = screened + ballot.otherVotesFor(t);
-        countAt(s - 1);
-        countAt(s + 1);
-      }
-      for (int s = 0; s < shifts; ++s) {
-        const int count = counts[static_cast<std::size_t>(s)];
-        if (count == 0 || (s > 0 && counts[static_cast<std::size_t>(s - 1)] > count) ||
-            (s + 1 < shifts && counts[static_cast<std::size_t>(s + 1)] >= count))
-          continue;
-        const Eigen::Vector3f t = base + static_cast<float>(s) * step;
-        PoseHypothesis pose;
-        pose.T_target_source.linear() = R;
-        pose.T_target_source.translation() = t.cast<double>();
-        pose.votes = count;
-        pose.score = (count - options.contradiction_weight * ballot.votesAgainst(t)) /
-                     static_cast<double>(std::max<Eigen::Index>(1, ballot.size()));
-        found.push_back(pose);
-      }
+      const ShiftLine line{composeShifts(axes, {a.shift, b.shift, shift_low}).cast<float>(),
+                           (axes.col(2) * options.step).cast<float>(),
+                           shifts};
+      if (options.little_overlap)
+        findUncontradicted(ballot, line, options.contradiction_weight, found);
+      else
+        findMostVoted(ballot, line, options.contradiction_weight, best_screened, found);
     }
 
   std::stable_sort(found.begin(), found.end(), [](const auto& x, const auto& y) { return x.score > y.score; });
   std::vector<PoseHypothesis> kept;
-  for (const PoseHypothesis& pose : found) {
+  for (const Verdict& verdict : found) {
     if (static_cast<int>(kept.size()) >= options.keep)
       break;
+    PoseHypothesis pose;
+    pose.T_target_source.linear() = R;
+    pose.T_target_source.translation() = verdict.translation.cast<double>();
+    pose.votes = verdict.votes;
+    pose.score = verdict.score / static_cast<double>(std::max<Eigen::Index>(1, ballot.size()));
     const bool distinct = std::none_of(kept.begin(), kept.end(), [&](const PoseHypothesis& other) {
       return (pose.T_target_source.translation() - other.T_target_source.translation()).norm() <
              options.peak_separation;

@@ -21,6 +21,7 @@ DATASET_TABLE = """Method ssfr, source turned at random, 2 threads
 | room                 |     3 |      2 |  66.7 % |         2 |               1 |    0.100 |    1.0 |  0.200 |
 | all                  |     3 |      2 |  66.7 % |         2 |               1 |    0.100 |    1.0 |  0.200 |
 
+Expected calibration error of the confidence: 2.5 %
 Mean seconds a pair: polish 0.1;
 """
 
@@ -70,10 +71,12 @@ class Tables(unittest.TestCase):
 
     def test_marks(self):
         lines = results.marks_table([("turned", DATASET_TABLE), ("as is", DATASET_TABLE.replace("2 |               1", "1 |               0"))])
-        self.assertEqual(lines[2], "| turned | 3 | 2 (66.7 %) | 2 | 1 |")
-        self.assertEqual(lines[3], "| as is | 3 | 2 (66.7 %) | 1 | 0 |")
+        self.assertEqual(lines[2], "| turned | 3 | 2 (66.7 %) | 2 | 1 | 2.5 % |")
+        self.assertEqual(lines[3], "| as is | 3 | 2 (66.7 %) | 1 | 0 | 2.5 % |")
         with self.assertRaisesRegex(results.Failure, "no row 'all'"):
             results.marks_table([("none", DATASET_TABLE.replace("| all ", "| one "))])
+        with self.assertRaisesRegex(results.Failure, "no calibration error"):
+            results.marks_table([("none", DATASET_TABLE.replace("2.5 %", ""))])
 
     def test_stages(self):
         report = {"benchmarks": [

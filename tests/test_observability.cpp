@@ -215,5 +215,67 @@ TEST(InformationMatrix, FarOrigin)
     EXPECT_TRUE(informationMatrix(r, Eigen::Vector3d::Constant(x), 0.01, 1).allFinite());
 }
 
+TEST(RankMotions, AlongTheCorridorFirst)
+{
+  // Floor and walls, a few places on its end: the way along the corridor is told least, and nothing else moves with it.
+  Matches m = matchesOn({Eigen::Vector3d::UnitZ(), Eigen::Vector3d::UnitY()}, 400, Eigen::Vector3d::Zero(), 3);
+  const Matches end = matchesOn({Eigen::Vector3d::UnitX()}, 4, Eigen::Vector3d::Zero(), 4);
+  m.points.conservativeResize(3, 804);
+  m.normals.conservativeResize(3, 804);
+  m.points.rightCols(4) = end.points;
+  m.normals.rightCols(4) = end.normals;
+  const std::vector<MotionStrength> motions = rankMotions(refinementOf(m, Eigen::Vector3d::Zero()));
+  ASSERT_EQ(motions.size(), 6u);
+  EXPECT_LT(motions[0].strength, 0.02);
+  EXPECT_GT(motions[1].strength, 5 * motions[0].strength);
+  EXPECT_GT(std::abs(motions[0].motion[3]), 0.95);
+  EXPECT_LT(motions[0].motion.head<3>().norm() * 5, 0.3); // at the ends of the corridor [m]
+}
+
+TEST(RankMotions, AreOrderedAndSpanTheHessian)
+{
+  testing::Random random(8);
+  for (int trial = 0; trial < 20; ++trial) {
+    std::vector<Eigen::Vector3d> normals;
+    for (int k = 0; k < 4; ++k)
+      normals.emplace_back(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
+    const Refinement r = refinementOf(matchesOn(normals, 30, Eigen::Vector3d::Zero(), 100 + trial), {0.1, 0.2, 0.3});
+    const std::vector<MotionStrength> motions = rankMotions(r);
+    ASSERT_EQ(motions.size(), 6u);
+    EXPECT_DOUBLE_EQ(motions[5].strength, 1);
+    const double strongest = motions[5].motion.dot(r.hessian * motions[5].motion);
+    for (std::size_t i = 0; i < 6; ++i) {
+      EXPECT_TRUE(i == 0 || motions[i].strength >= motions[i - 1].strength);
+      EXPECT_NEAR(
+          motions[i].motion.dot(r.hessian * motions[i].motion), motions[i].strength * strongest, 1e-9 * strongest);
+      for (std::size_t k = 0; k < i; ++k) // independent
+        EXPECT_NEAR(motions[i].motion.dot(r.hessian * motions[k].motion), 0, 1e-9 * strongest);
+    }
+  }
+}
+
+TEST(RankMotions, RotationsCountByTheirLever)
+{
+  // The same scene ten times as large, by ten times smaller turns: the same order and strengths.
+  Matches m = matchesOn({Eigen::Vector3d::UnitX(), {0.3, 1, 0}, {0, 0.2, 1}}, 50, Eigen::Vector3d::Zero(), 11);
+  const std::vector<MotionStrength> small = rankMotions(refinementOf(m, Eigen::Vector3d::Zero()));
+  m.points *= 10;
+  const std::vector<MotionStrength> large = rankMotions(refinementOf(m, Eigen::Vector3d::Zero()));
+  ASSERT_EQ(small.size(), 6u);
+  ASSERT_EQ(large.size(), 6u);
+  for (std::size_t i = 0; i < 6; ++i)
+    EXPECT_NEAR(small[i].strength, large[i].strength, 1e-9);
+}
+
+TEST(RankMotions, NothingKnown)
+{
+  EXPECT_TRUE(rankMotions(Refinement()).empty());
+  Refinement r = refinementOf(matchesOn({Eigen::Vector3d::UnitZ()}, 10, Eigen::Vector3d::Zero(), 1), {0, 0, 0});
+  EXPECT_EQ(rankMotions(r).size(), 6u); // one plane
+  EXPECT_LT(rankMotions(r)[2].strength, 1e-12);
+  r.hessian(0, 0) = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_TRUE(rankMotions(r).empty());
+}
+
 } // namespace
 } // namespace pcl_ssfr

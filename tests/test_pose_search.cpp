@@ -172,6 +172,72 @@ TEST_F(PoseSearch, ScoresAreTheShareOfTheVotes)
   }
 }
 
+TEST_F(PoseSearch, LittleOverlapKeepsWhatHasMoreVotesForItThanWeightedOnesAgainst)
+{
+  PoseSearchOptions options;
+  options.little_overlap = true;
+  options.contradiction_weight = 14;
+  options.visibility.free_margin = 0.05f;
+  options.keep = 1000;
+  const auto found = search(truth_.linear(), options);
+  ASSERT_FALSE(found.empty());
+  EXPECT_THAT(found[0].T_target_source, testing::IsPoseNear(truth_, 1e-9, 0.2));
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    EXPECT_GT(found[i].score, 0);
+    EXPECT_GE(found[i].votes, 0.05 * static_cast<double>(source_.votes.points.cols()));
+    EXPECT_TRUE(i == 0 || found[i - 1].score >= found[i].score);
+  }
+  // Without free space nothing is against a pose.
+  for (const PoseHypothesis& pose : search(truth_.linear(), options, false))
+    EXPECT_NEAR(pose.score, pose.votes / static_cast<double>(source_.votes.points.cols()), 1e-12);
+}
+
+/// The part of a corridor with bays on one side that is seen from \p x [m]: 6 m each way.
+std::vector<testing::Rectangle>
+bays(double x)
+{
+  std::vector<testing::Rectangle> part;
+  const double begin = x - 6, end = x + 6;
+  part.push_back({{begin, -1.5, -1}, {end - begin, 0, 0}, {0, 3, 0}});
+  part.push_back({{begin, -1.5, -1}, {end - begin, 0, 0}, {0, 0, 2.5}});
+  // Every bay ends in a pier; they are 3 m apart, but for one wide bay between x = 5 and 10.
+  for (const double pier : {-10., -7., -4., -1., 2., 5., 10., 13., 16., 19., 22.})
+    if (pier > begin && pier < end)
+      part.push_back({{pier, 0.5, -1}, {0, 1, 0}, {0, 0, 2.5}});
+  return part;
+}
+
+TEST(LittleOverlap, IsFoundThoughFewVoteForIt)
+{
+  // Two scans of the corridor that share 2 of their 12 m. Laid over one another they meet in floor, wall and some
+  // piers.
+  const Eigen::Isometry3d T_world_target = testing::sensorPose(Eigen::Vector3d(0, 0, 0.2), 0, 0);
+  const Eigen::Isometry3d T_world_source = testing::sensorPose(Eigen::Vector3d(10, 0, 0.2), 0, 0);
+  const Scan target = makeScan(bays(0), T_world_target, 1);
+  const Scan source = makeScan(bays(10), T_world_source, 2);
+  const Eigen::Isometry3d truth = testing::relativePose(T_world_target, T_world_source);
+  PoseSearchOptions options;
+  options.visibility.free_margin = 0.1f;
+  options.keep = 1000;
+  const auto nearest = [&] {
+    double least = 1e9;
+    for (const PoseHypothesis& pose : searchTranslations(source.patches.samples,
+                                                         source.votes,
+                                                         target.patches.samples,
+                                                         target.main_normals,
+                                                         target.index,
+                                                         &target.image,
+                                                         truth.linear(),
+                                                         options))
+      least = std::min(least, (pose.T_target_source.translation() - truth.translation()).norm());
+    return least;
+  };
+  EXPECT_GT(nearest(), 1);
+  options.little_overlap = true;
+  options.contradiction_weight = 14;
+  EXPECT_LT(nearest(), 0.3);
+}
+
 TEST_F(PoseSearch, SameForScansMovedFarAway)
 {
   const Eigen::Vector3d shift(4096, -2048, 1024); // exact in float
@@ -225,6 +291,10 @@ TEST_F(PoseSearch, EmptyInput)
   EXPECT_TRUE(searchTranslations(samples, source_.votes, none, {}, PatchIndex(), nullptr, R, options).empty());
   // No main normals: some axes are tried all the same.
   searchTranslations(samples, target_.votes, samples, {}, target_.index, nullptr, R, options);
+  PoseSearchOptions little;
+  little.little_overlap = true;
+  EXPECT_TRUE(searchTranslations(none, VotingSamples(), none, {}, PatchIndex(), nullptr, R, little).empty());
+  EXPECT_TRUE(searchTranslations(samples, VotingSamples(), samples, {}, target_.index, nullptr, R, little).empty());
 }
 
 TEST(DrawVotingSamples, EveryDirectionIsHeard)

@@ -47,4 +47,19 @@ struct RotationDeviation {
 RotationDeviation
 largestRotationDeviation(const Refinement& refinement, double noise_floor, double samples_per_patch);
 
+/// A small motion of the source about Refinement::centre: rotation [rad], then translation [m].
+using SmallMotion = Eigen::Matrix<double, 6, 1>;
+
+/// A direction in which a pose may move, and how well the matches tell it.
+struct MotionStrength {
+  SmallMotion motion; ///< moves the matched surface by about 1 m
+  double strength;    ///< information about it relative to the best determined motion, [0, 1]
+};
+
+/** \brief The six independent motions, least determined first. Rotations are measured by how far they move the matched
+ * surface, so that they can be compared with translations. Empty when there were no matches.
+ */
+std::vector<MotionStrength>
+rankMotions(const Refinement& refinement);
+
 } // namespace pcl_ssfr

@@ -30,6 +30,12 @@ struct PoseSearchOptions {
   double contradiction_weight = 2; ///< a vote against counts so many votes for
   int keep = 24;                   ///< poses kept a rotation
   int rival_votes = 0;             ///< for a pose of another rotation: what stays far below it is not counted in full
+  /// Look for poses under which the scans share little. Where they share much, most votes tell; where they do not,
+  /// poses that lay one scan over the other have more votes than the truth, and only votes against them tell them from
+  /// it. Then all poses are kept that have votes for them in excess of the weighted votes against them, shifts reach to
+  /// where the scans hardly touch, and shifts around the highest peak of a correlation are tried too: surface that is
+  /// seen in common far from both sensors lies off it as soon as the rotation is.
+  bool little_overlap = false;
   VisibilityOptions visibility;
   std::optional<ShiftWindow> window; ///< none: every translation
 };
