@@ -236,9 +236,9 @@ TEST(RankMotions, AreOrderedAndSpanTheHessian)
 {
   testing::Random random(8);
   for (int trial = 0; trial < 20; ++trial) {
-    std::vector<Eigen::Vector3d> normals;
-    for (int k = 0; k < 4; ++k)
-      normals.emplace_back(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
+    std::vector<Eigen::Vector3d> normals(4);
+    for (Eigen::Vector3d& n : normals)
+      n = Eigen::Vector3d(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
     const Refinement r = refinementOf(matchesOn(normals, 30, Eigen::Vector3d::Zero(), 100 + trial), {0.1, 0.2, 0.3});
     const std::vector<MotionStrength> motions = rankMotions(r);
     ASSERT_EQ(motions.size(), 6u);
