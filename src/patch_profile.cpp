@@ -680,7 +680,7 @@ private:
     const std::size_t before = poses.size();
     const double best = poses.empty() ? 0 : poses.front().score;
     forEachPose(poses, [&](JudgedPose& pose) {
-      const bool hopeless = !pose.from_guess && best > 0 && pose.score < kHopelessShare * best;
+      const bool hopeless = !pose.from_guess && best > kClearScore && pose.score < kHopelessShare * best;
       judgeFinely(pose);
       if (options_.refine && !outOfTime() && !hopeless)
         moveUnlessWorse(pose, refineOnPatches(pose.T_target_source));
@@ -1105,7 +1105,7 @@ private:
   // to five times the deviation, and a pose should be known to two degrees.
   static constexpr double kMaxRotationDeviation = 0.007;
   static constexpr double kHopelessOverlap = 0.15;
-  static constexpr double kHopelessShare = 0.4; // of the best score: what has less is not refined any more
+  static constexpr double kHopelessShare = 0.4; // of a clear best score: what has less is not refined any more
   static constexpr int kBesideRounds = 2;
   static constexpr std::size_t kBesideDirections = 3;
   static constexpr double kBesideStrength = 0.1; // of the best told motion: what is told better has one place only

@@ -307,7 +307,8 @@ findUncontradicted(const Ballot& ballot,
     const int count = wanted[s] ? ballot.votesFor(line[s]) : 0;
     if (count < kLeastShare * static_cast<double>(ballot.size()))
       continue;
-    const int most = static_cast<int>(std::ceil(count / contradiction_weight));
+    const int most =
+        static_cast<int>(std::min(std::ceil(count / contradiction_weight), static_cast<double>(ballot.size()) + 1));
     const int against = ballot.votesAgainst(line[s], most);
     if (against < most)
       found.push_back({line[s], count, count - contradiction_weight * against});

@@ -206,7 +206,7 @@ ViewModel::sphere(bool of_source) const
 std::array<AxisView, 3>
 ViewModel::patchAxes(const Eigen::Matrix3d& R) const
 {
-  // The efforts differ in the number of peaks alone; those of the last one that was made are shown.
+  // Of the efforts, which try different numbers of peaks, the last one that was made is shown.
   const PatchSearch& search = searches_[effortsMade() - 1];
   const OrientedSamples& source = source_.patches.samples;
   const OrientedSamples& target = target_.patches.samples;
