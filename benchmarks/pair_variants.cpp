@@ -47,13 +47,15 @@ spoiled(const pcl::PointCloud<pcl::PointXYZ>& scan, const Spoil& spoil, std::uin
     const double angle = kDegrees * std::atan2(scan[i].y, scan[i].x) - begin;
     kept[i] = spoil.sector_degrees >= 360 || angle - 360 * std::floor(angle / 360) < spoil.sector_degrees;
   }
-  std::vector<std::size_t> by_range = remaining();
-  const auto range = [&scan](std::size_t i) { return scan[i].getVector3fMap().squaredNorm(); };
-  std::stable_sort(
-      by_range.begin(), by_range.end(), [&range](std::size_t a, std::size_t b) { return range(a) < range(b); });
-  const auto near = static_cast<std::size_t>(std::ceil(spoil.nearest * static_cast<double>(by_range.size())));
-  for (std::size_t k = near; k < by_range.size(); ++k)
-    kept[by_range[k]] = false;
+  if (spoil.nearest < 1) {
+    std::vector<std::size_t> by_range = remaining();
+    const auto range = [&scan](std::size_t i) { return scan[i].getVector3fMap().squaredNorm(); };
+    std::stable_sort(
+        by_range.begin(), by_range.end(), [&range](std::size_t a, std::size_t b) { return range(a) < range(b); });
+    const auto near = static_cast<std::size_t>(std::ceil(spoil.nearest * static_cast<double>(by_range.size())));
+    for (std::size_t k = near; k < by_range.size(); ++k)
+      kept[by_range[k]] = false;
+  }
   auto out = pcl::make_shared<pcl::PointCloud<pcl::PointXYZ>>();
   std::size_t number = 0;
   for (const std::size_t i : remaining())
