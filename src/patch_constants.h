@@ -11,5 +11,6 @@ namespace pcl_ssfr {
 constexpr double kThickness = 0.03;    // [m] at scale 1, of a patch, at least
 constexpr std::size_t kMinPoints = 50; // finite points of a scan
 constexpr int kPolishPointsAPatch = 4;
+constexpr double kContradictionWeight = 14; // of the score: contradictions are rare and precious (METHOD point 14b)
 
 } // namespace pcl_ssfr

@@ -5,15 +5,14 @@
 #include <pcl_ssfr/observability.h>
 #include <pcl_ssfr/patch_profile.h>
 
+#include "decision.h"
+#include "judged_pose.h"
 #include "patch_constants.h"
 #include "stage_clock.h"
-
-#include <Eigen/Eigenvalues>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <functional>
 #include <limits>
 #include <optional>
@@ -51,8 +50,7 @@ constexpr double kDistinctAngle = 0.05;
 constexpr double kGravityMargin = 0.01; // of refined poses beyond the tolerance of the prior: noise of scans and prior
 
 constexpr double kRoundShare = 0.3; // of the surface that faces across an axis for the scene to be round about it ...
-constexpr double kRoundFullShare = 0.6;     // ... and of that, so much at most in the fullest third of all directions
-constexpr double kContradictionWeight = 14; // of the score: contradictions are rare and precious (METHOD point 14b)
+constexpr double kRoundFullShare = 0.6; // ... and of that, so much at most in the fullest third of all directions
 
 /// How hard the search tries; the second effort, for scans that share little, is made only when the first finds nothing
 /// acceptable.
@@ -80,22 +78,6 @@ withGravity(std::vector<MainNormal> main_normals, const Eigen::Vector3d& up)
   }
   main_normals.push_back({up, heaviest});
   return main_normals;
-}
-
-/// A pose with what speaks for and against it.
-struct JudgedPose {
-  Eigen::Isometry3d T_target_source = Eigen::Isometry3d::Identity();
-  SurfaceEvidence evidence;
-  double score = 0;
-  double facing_score = 0; ///< of the patches that face their own sensor
-  bool from_guess = false;
-};
-
-/// The score of a pose: what speaks for it, less what speaks against it.
-double
-scoreOf(const Voices& voices)
-{
-  return (voices.matched - kContradictionWeight * voices.contradicted) / std::max(voices.total, 1e-12);
 }
 
 /// Whether a rotation maps one vertical onto the other within \p tolerance [rad].
@@ -133,29 +115,6 @@ isRoundAbout(const OrientedSamples& samples, const Eigen::Vector3d& axis)
   for (int k = 0; k < kFullBins; ++k)
     full += around[static_cast<std::size_t>(k)];
   return across > kRoundShare * total && full < kRoundFullShare * across;
-}
-
-bool
-isSamePose(
-    const Eigen::Isometry3d& a, const Eigen::Isometry3d& b, const Eigen::Vector3d& place, double angle, double distance)
-{
-  return (a * place - b * place).norm() < distance &&
-         Eigen::AngleAxisd(a.linear().transpose() * b.linear()).angle() < angle;
-}
-
-void
-sortByScore(std::vector<JudgedPose>& poses)
-{
-  std::stable_sort(
-      poses.begin(), poses.end(), [](const JudgedPose& a, const JudgedPose& b) { return a.score > b.score; });
-}
-
-std::string
-formatted(const char* format, double a, double b = 0)
-{
-  char text[160];
-  std::snprintf(text, sizeof(text), format, a, b);
-  return text;
 }
 
 /// The stages for one pair of scans.
@@ -218,7 +177,7 @@ public:
       }
       found.insert(found.end(), poses.begin(), poses.end());
       poses = keepDistinct(std::move(found), effort.distinct);
-      const std::size_t equals = poses.empty() ? 0 : conclude(poses).equals;
+      const std::size_t equals = poses.empty() ? 0 : conclude(poses);
       if (result_.accepted() || (result_.status == Status::Ambiguous && equals > 1) || outOfTime())
         break;
     }
@@ -397,9 +356,7 @@ private:
   void
   judge(JudgedPose& pose, double distance, double angle) const
   {
-    pose.evidence = evidence(pose.T_target_source, visibility(distance, angle));
-    pose.score = scoreOf(pose.evidence.voices);
-    pose.facing_score = scoreOf(pose.evidence.facing);
+    rate(pose, evidence(pose.T_target_source, visibility(distance, angle)));
   }
 
   void
@@ -557,7 +514,7 @@ private:
   bool
   isSamePlace(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) const
   {
-    return isSamePose(a, b, source_.viewpoint, kDistinctAngle, kDistinctDistance * scale_);
+    return shiftBetween(a, b, source_.viewpoint) < kDistinctDistance * scale_ && turnBetween(a, b) < kDistinctAngle;
   }
 
   /// The best of poses that differ, at most \p most.
@@ -610,7 +567,7 @@ private:
                                [&](const JudgedPose& pose) {
                                  const Eigen::Isometry3d& T = pose.T_target_source;
                                  return !isNearGuess(T.linear(), angle_margin) ||
-                                        (T * source_.viewpoint - *prior_ * source_.viewpoint).norm() > reach;
+                                        shiftBetween(T, *prior_, source_.viewpoint) > reach;
                                }),
                 poses.end());
   }
@@ -702,8 +659,7 @@ private:
     const Eigen::Isometry3d wanted = toInner(*guess);
     const auto distance = [&](const JudgedPose& pose) {
       const Eigen::Isometry3d& T = pose.T_target_source;
-      return (T * source_.viewpoint - wanted * source_.viewpoint).norm() +
-             source_.extent.radius * Eigen::AngleAxisd(T.linear().transpose() * wanted.linear()).angle();
+      return shiftBetween(T, wanted, source_.viewpoint) + source_.extent.radius * turnBetween(T, wanted);
     };
     const double least = ambiguousRatio(seesFreeSpace()) * poses.front().score;
     std::size_t nearest = 0;
@@ -858,37 +814,15 @@ private:
   Candidate
   makeCandidate(const JudgedPose& pose) const
   {
-    Candidate candidate;
+    Candidate candidate = describe(pose);
     candidate.T_target_source = toOuter(pose.T_target_source);
-    candidate.score = pose.score;
-    candidate.from_guess = pose.from_guess;
-    if (!(pose.evidence.total > 0))
-      return candidate;
-    candidate.overlap = pose.evidence.matched / pose.evidence.total;
-    candidate.contradiction = pose.evidence.contradicted / pose.evidence.total;
-    const Voices& voices = pose.evidence.voices;
-    candidate.evidence.patches_matched = voices.matched / voices.total;
-    candidate.evidence.patches_contradicted = voices.contradicted / voices.total;
-    candidate.evidence.facing_matched = pose.evidence.facing.matched / std::max(pose.evidence.facing.total, 1e-12);
-    candidate.evidence.facing_score = pose.facing_score;
-    candidate.evidence.unmatched = pose.evidence.unmatched / pose.evidence.total;
-    candidate.evidence.weakest_direction = weakestMatchedShare(pose.evidence);
-    candidate.evidence.third_direction =
-        std::max(0.0, Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(pose.evidence.matched_normals).eigenvalues()[0]) /
-        pose.evidence.total;
     return candidate;
   }
 
-  /// How the best pose stands against the others.
-  struct Standing {
-    std::size_t equals = 1;      ///< poses that explain the scans about as well, itself included
-    double confidence_alone = 0; ///< of the best pose if it had no rival
-    std::string rival;           ///< where the strongest rival lies, for people; empty: there is none
-  };
-
-  /// Fill the result from the judged poses, best first, and decide whether the best is accepted.
-  Standing
-  conclude(std::vector<JudgedPose>& poses)
+  /// Fill the result from the judged poses, best first, and decide whether the best is accepted. \return how many poses
+  /// explain the scans as well as the best, itself included
+  std::size_t
+  conclude(const std::vector<JudgedPose>& poses)
   {
     const auto listed =
         static_cast<std::ptrdiff_t>(std::min(poses.size(), static_cast<std::size_t>(options_.max_candidates)));
@@ -900,191 +834,29 @@ private:
     result_.overlap = best.overlap;
     result_.contradiction = best.contradiction;
     result_.rmse = polish_.rms;
-    const JudgedPose* rival = findRival(poses);
-    constexpr double kNoRival = std::numeric_limits<double>::infinity();
-    result_.confidence = estimateConfidence(best, rival ? leadOver(*rival, poses.front()) : kNoRival, seesFreeSpace());
-    if (polish_.matches > 0) {
+    if (polish_.matches > 0)
       result_.information = informationMatrix(polish_, target_.origin, kNoiseFloor * scale_, kPolishPointsAPatch);
-      result_.unobservable = findUnobservableDirections(polish_);
-    }
-    Standing standing;
-    standing.equals = countEquals(poses);
-    standing.confidence_alone = estimateConfidence(best, kNoRival, seesFreeSpace());
-    if (rival)
-      standing.rival = "the strongest rival lies " + displacement(poses.front(), *rival) + " away";
-    decide(standing);
-    return standing;
+    const Decision decision = decide(poses, polish_, decisionContext());
+    result_.confidence = decision.confidence;
+    result_.unobservable = decision.unobservable;
+    fail(decision.status, decision.message);
+    return decision.equals;
   }
 
-  /// How far one pose lies from another, at the source's sensor: "6.52 m and 0.1 degrees".
-  std::string
-  displacement(const JudgedPose& a, const JudgedPose& b) const
+  DecisionContext
+  decisionContext() const
   {
-    const double turn = Eigen::AngleAxisd(a.T_target_source.linear().transpose() * b.T_target_source.linear()).angle();
-    return formatted("%.2f m and %.1f degrees",
-                     (a.T_target_source * source_.viewpoint - b.T_target_source * source_.viewpoint).norm(),
-                     turn * 180 / kPi);
-  }
-
-  /// By how much a pose scores more than a \p rival: by all patches or by those that face their sensor, where it is
-  /// less.
-  static double
-  leadOver(const JudgedPose& rival, const JudgedPose& best)
-  {
-    return std::min(best.score - rival.score, best.facing_score - rival.facing_score);
-  }
-
-  /// The pose over which the best one's lead is least; null: there is none.
-  const JudgedPose*
-  findRival(const std::vector<JudgedPose>& poses) const
-  {
-    const JudgedPose* rival = nullptr;
-    for (auto pose = poses.begin() + 1; pose != poses.end(); ++pose)
-      if (!isRuledOutByGuess(*pose, poses.front()) &&
-          (!rival || leadOver(*pose, poses.front()) < leadOver(*rival, poses.front())))
-        rival = &*pose;
-    return rival;
-  }
-
-  /// Whether the guess has chosen between the best pose and another that explains the scans as well.
-  bool
-  isRuledOutByGuess(const JudgedPose& pose, const JudgedPose& best) const
-  {
-    return guess_decides_ && pose.score >= ambiguousRatio(seesFreeSpace()) * best.score;
-  }
-
-  void
-  decide(const Standing& standing)
-  {
-    decideOnEvidence(standing);
-    // Nothing but the things on the plane could have told.
-    if (!few_directions_.empty() && !result_.accepted())
-      fail(Status::TooFewDirections,
-           few_directions_ + ", and what is no plane does not tell its rotation: " + result_.message);
-  }
-
-  void
-  failUnobservable(const std::string& message)
-  {
-    result_.confidence = std::min(result_.confidence, kUnobservableConfidence);
-    fail(Status::Unobservable, message);
-  }
-
-  void
-  decideOnEvidence(const Standing& standing)
-  {
-    const Candidate& best = result_.candidates.front();
-    if (best.overlap < kHopelessOverlap && result_.confidence < options_.min_confidence) {
-      fail(Status::LowOverlap, lowOverlapMessage(best));
-      return;
-    }
-    if (!result_.unobservable.empty()) {
-      const UnobservableDirection& u = result_.unobservable.front();
-      char text[200];
-      std::snprintf(text,
-                    sizeof(text),
-                    "the scene does not determine the %s (%.2f, %.2f, %.2f) of the target frame",
-                    u.rotation ? "rotation about" : "translation along",
-                    u.direction.x(),
-                    u.direction.y(),
-                    u.direction.z());
-      failUnobservable(text);
-      return;
-    }
-    if (polish_.matches > 0 && !prior_ && !options_.gravity) { // a prior binds the rotation too
-      const RotationDeviation turn = largestRotationDeviation(polish_, kNoiseFloor * scale_, kPolishPointsAPatch);
-      if (turn.deviation > kMaxRotationDeviation) {
-        result_.unobservable.push_back({turn.axis, true, turn.strength});
-        char text[200];
-        std::snprintf(text,
-                      sizeof(text),
-                      "the scene hardly determines the rotation about (%.2f, %.2f, %.2f) of the target frame: to %.2f "
-                      "degrees, one standard deviation",
-                      turn.axis.x(),
-                      turn.axis.y(),
-                      turn.axis.z(),
-                      turn.deviation * 180 / kPi);
-        failUnobservable(text);
-        return;
-      }
-    }
-    if (best.score > 0 && standing.equals > 1 && !guess_decides_) {
-      result_.confidence = std::min(result_.confidence, 1.0 / static_cast<double>(standing.equals));
-      fail(Status::Ambiguous,
-           std::to_string(standing.equals) +
-               " distinct poses explain the scans about equally well (symmetry or repetition): " + standing.rival);
-      return;
-    }
-    if (best.score > 0 && result_.confidence >= options_.min_confidence) {
-      fail(Status::Converged,
-           formatted("%.0f %% of the surface meets its counterpart, %.1f %% contradicts the pose",
-                     100 * best.overlap,
-                     100 * best.contradiction));
-      return;
-    }
-    if (best.score > 0 && standing.confidence_alone >= options_.min_confidence) {
-      fail(Status::Ambiguous, "another pose explains the scans nearly as well: " + standing.rival);
-      return;
-    }
-    const double visible = best.overlap + best.contradiction + best.evidence.unmatched;
-    if (best.contradiction > kTellingContradiction * visible)
-      fail(Status::Contradicted,
-           formatted("the best pose puts %.1f %% of the surface into space that the other sensor saw to be free, while "
-                     "%.0f %% meets its counterpart",
-                     100 * best.contradiction,
-                     100 * best.overlap));
-    else
-      fail(Status::LowOverlap, lowOverlapMessage(best));
-  }
-
-  /// Poses that explain the scans about as well as the best, itself included. One that matches more surface may score a
-  /// little less: what little contradicts it may be things that moved, or curved surface told by flat patches. And
-  /// where several come near, the scene repeats itself: the truth may be one more that was not even found.
-  std::size_t
-  countEquals(const std::vector<JudgedPose>& poses) const
-  {
-    constexpr double kNear = 0.9; // of the best score and of its matched surface
-    constexpr std::size_t kSeveral = 3;
-    const JudgedPose& best = poses.front();
-    const double least = !laysSensorOnSensor(best)     ? ambiguousRatio(seesFreeSpace())
-                         : isWeaklyDetermined(polish_) ? kPatternRatio
-                                                       : kSensorOnSensorRatio;
-    std::size_t equal = 0;
-    std::size_t near = 0;
-    for (const JudgedPose& pose : poses) {
-      const bool is_near = pose.score >= kNear * best.score && pose.evidence.matched >= kNear * best.evidence.matched;
-      near += is_near;
-      equal += pose.score >= least * best.score || (is_near && pose.evidence.matched > best.evidence.matched);
-    }
-    return near >= kSeveral ? near : equal;
-  }
-
-  /// Whether a pose lays one sensor on the other. Then the patterns of their rays coincide, and with them what is wrong
-  /// with the patches: more matches than the surface accounts for. Along a corridor that alone picks a place.
-  bool
-  laysSensorOnSensor(const JudgedPose& pose) const
-  {
-    return source_.viewpoint_used && target_.viewpoint_used &&
-           (pose.T_target_source * source_.viewpoint - target_.viewpoint).norm() < kSameSensor * scale_;
-  }
-
-  /// Whether little surface tells where along some direction the source is: there the pattern of the rays weighs much.
-  static bool
-  isWeaklyDetermined(const Refinement& refinement)
-  {
-    const ObservabilityOptions weak{kWeakInformation};
-    const std::vector<UnobservableDirection> directions = findUnobservableDirections(refinement, weak);
-    return std::any_of(
-        directions.begin(), directions.end(), [](const UnobservableDirection& d) { return !d.rotation; });
-  }
-
-  static std::string
-  lowOverlapMessage(const Candidate& best)
-  {
-    return formatted(
-        "under the best pose only %.0f %% of the surface meets its counterpart: the scans may not show the "
-        "same place",
-        100 * best.overlap);
+    DecisionContext context;
+    context.min_confidence = options_.min_confidence;
+    context.scale = scale_;
+    context.noise_floor = kNoiseFloor * scale_;
+    context.free_space = seesFreeSpace();
+    context.source_viewpoint = source_.viewpoint;
+    context.target_viewpoint = target_.viewpoint;
+    context.rotation_is_bound = prior_ || options_.gravity;
+    context.guess_decides = guess_decides_;
+    context.few_directions = few_directions_;
+    return context;
   }
 
   static constexpr double kKeptScore =
@@ -1095,16 +867,6 @@ private:
   static constexpr std::size_t kSweepAxes = 2;
   static constexpr int kSweepSteps = 80;        // 4.5 degrees: half of it is well within reach of the refinement
   static constexpr double kPolishLateral = 0.1; // [m] at scale 1
-  static constexpr double kSameSensor = 0.1;    // [m] at scale 1
-  static constexpr double kSensorOnSensorRatio =
-      0.85;                                    // of the best score: a rival of a pose that lays sensor on sensor
-  static constexpr double kPatternRatio = 0.5; // the same where the scene hardly tells the place along a direction ...
-  static constexpr double kWeakInformation = 0.02; // ... with less than this of the information along the best one
-  static constexpr double kUnobservableConfidence = 0.3;
-  // [rad] one standard deviation. Patches of one scanner err alike in both scans: with 16 rings indoors the error is up
-  // to five times the deviation, and a pose should be known to two degrees.
-  static constexpr double kMaxRotationDeviation = 0.007;
-  static constexpr double kHopelessOverlap = 0.15;
   static constexpr double kHopelessShare = 0.4; // of a clear best score: what has less is not refined any more
   static constexpr int kBesideRounds = 2;
   static constexpr std::size_t kBesideDirections = 3;
@@ -1113,8 +875,7 @@ private:
   static constexpr double kBesideGain = 1.02;               // of the score, that another place must have
   static constexpr double kPolishedShare = 0.85;            // of the best score: a rival that is polished too
   static constexpr std::size_t kMaxPolished = 4;
-  static constexpr double kClearlyNearer = 0.5;        // of the distance of the next pose to the guess
-  static constexpr double kTellingContradiction = 0.1; // of the visible surface
+  static constexpr double kClearlyNearer = 0.5; // of the distance of the next pose to the guess
 
   const PatchScan& source_;
   const PatchScan& target_;

@@ -3,6 +3,7 @@
 
 #include <pcl_ssfr/observability.h>
 
+#include "made_up_matches.h"
 #include "patch_scenes.h"
 
 #include <Eigen/Eigenvalues>
@@ -15,59 +16,11 @@
 namespace pcl_ssfr {
 namespace {
 
-using Vector6 = Eigen::Matrix<double, 6, 1>;
-using Matrix6 = Eigen::Matrix<double, 6, 6>;
-
-/// Places with the normal of the plane that each lies on.
-struct Matches {
-  Points3 points, normals;
-};
-
-/// \p count places on planes of each of the normals, spread over 10 m around \p middle.
-Matches
-matchesOn(const std::vector<Eigen::Vector3d>& normals, int count, const Eigen::Vector3d& middle, std::uint64_t seed)
-{
-  testing::Random random(seed);
-  Matches m;
-  const auto total = static_cast<Eigen::Index>(normals.size()) * count;
-  m.points.resize(3, total);
-  m.normals.resize(3, total);
-  for (Eigen::Index i = 0; i < total; ++i) {
-    m.points.col(i) = middle + Eigen::Vector3d(random.uniform(-5, 5), random.uniform(-5, 5), random.uniform(-5, 5));
-    m.normals.col(i) = normals[static_cast<std::size_t>(i / count)].normalized();
-  }
-  return m;
-}
-
-/// Sum of J J^T, J = [p x n; n], p relative to \p centre.
-Matrix6
-hessianAbout(const Matches& m, const Eigen::Vector3d& centre)
-{
-  Matrix6 hessian = Matrix6::Zero();
-  for (Eigen::Index i = 0; i < m.points.cols(); ++i) {
-    Vector6 j;
-    j << (m.points.col(i) - centre).cross(m.normals.col(i)), m.normals.col(i);
-    hessian += j * j.transpose();
-  }
-  return hessian;
-}
-
-Refinement
-refinementOf(const Matches& m, const Eigen::Vector3d& centre)
-{
-  Refinement r;
-  r.hessian = hessianAbout(m, centre);
-  r.centre = centre;
-  r.matches = m.points.cols();
-  r.weight = static_cast<double>(r.matches);
-  return r;
-}
-
-Refinement
-refinementOf(const Matches& m)
-{
-  return refinementOf(m, m.points.rowwise().mean());
-}
+using testing::hessianAbout;
+using testing::Matches;
+using testing::matchesOn;
+using testing::Matrix6;
+using testing::refinementOf;
 
 const Eigen::Vector3d kX = Eigen::Vector3d::UnitX(), kY = Eigen::Vector3d::UnitY(), kZ = Eigen::Vector3d::UnitZ();
 

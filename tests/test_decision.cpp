@@ -1,0 +1,255 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#include "decision.h"
+#include "made_up_matches.h"
+#include "patch_scenes.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <vector>
+
+namespace pcl_ssfr {
+namespace {
+
+using ::testing::HasSubstr;
+using testing::matchesOn;
+using testing::refinementOf;
+
+const Eigen::Vector3d kX = Eigen::Vector3d::UnitX(), kY = Eigen::Vector3d::UnitY(), kZ = Eigen::Vector3d::UnitZ();
+
+/// A pose that lays the source's sensor at \p place; shares of the surface that meets its like and that contradicts.
+JudgedPose
+poseAt(const Eigen::Vector3d& place, double matched, double contradicted = 0)
+{
+  SurfaceEvidence e;
+  e.total = 1;
+  e.matched = matched;
+  e.contradicted = contradicted;
+  e.unmatched = 0.1;
+  e.voices = e.facing = {1, matched, contradicted};
+  e.matched_normals = matched * Eigen::Matrix3d::Identity() / 3;
+  e.visible_normals = (matched + contradicted + 0.1) * Eigen::Matrix3d::Identity() / 3;
+  JudgedPose pose;
+  pose.T_target_source = Eigen::Translation3d(place);
+  rate(pose, e);
+  return pose;
+}
+
+/// As polished in a room: every motion is told.
+Refinement
+polishInARoom()
+{
+  Refinement polish = refinementOf(matchesOn({kX, kY, kZ}, 200, kX, 1));
+  polish.rms = 0.01;
+  return polish;
+}
+
+/// As polished in a corridor along x without an end.
+Refinement
+polishInACorridor()
+{
+  Refinement polish = refinementOf(matchesOn({kY, kZ}, 200, kX, 2));
+  polish.rms = 0.01;
+  return polish;
+}
+
+TEST(Decision, BelievesAClearPose)
+{
+  const Decision d = decide({poseAt(kX, 0.6), poseAt(9 * kX, 0.2)}, polishInARoom(), DecisionContext());
+  EXPECT_EQ(d.status, Status::Converged);
+  EXPECT_GT(d.confidence, 0.9);
+  EXPECT_LE(d.confidence, 1);
+  EXPECT_EQ(d.equals, 1U);
+  EXPECT_TRUE(d.unobservable.empty());
+  EXPECT_THAT(d.message, HasSubstr("60 % of the surface"));
+}
+
+TEST(Decision, LittleSurfaceInCommon)
+{
+  const Decision d = decide({poseAt(kX, 0.01), poseAt(9 * kX, 0.005)}, polishInARoom(), DecisionContext());
+  EXPECT_EQ(d.status, Status::LowOverlap);
+  EXPECT_LT(d.confidence, 0.6);
+  EXPECT_THAT(d.message, HasSubstr("only 1 %"));
+}
+
+TEST(Decision, NamesTheDirectionThatIsNotTold)
+{
+  const Decision d = decide({poseAt(kX, 0.6)}, polishInACorridor(), DecisionContext());
+  EXPECT_EQ(d.status, Status::Unobservable);
+  EXPECT_LE(d.confidence, 0.3);
+  ASSERT_EQ(d.unobservable.size(), 1U);
+  EXPECT_NEAR(std::abs(d.unobservable[0].direction.x()), 1, 1e-9);
+  EXPECT_THAT(d.message, HasSubstr("translation along"));
+  // Little in common comes first; the direction is told all the same.
+  const Decision little = decide({poseAt(kX, 0.01)}, polishInACorridor(), DecisionContext());
+  EXPECT_EQ(little.status, Status::LowOverlap);
+  EXPECT_EQ(little.unobservable.size(), 1U);
+}
+
+TEST(Decision, NamesTheTurnThatIsHardlyTold)
+{
+  Refinement polish = polishInARoom();
+  polish.rms = 2; // [m]: a degree or so
+  DecisionContext context;
+  const Decision d = decide({poseAt(kX, 0.6)}, polish, context);
+  EXPECT_EQ(d.status, Status::Unobservable);
+  ASSERT_EQ(d.unobservable.size(), 1U);
+  EXPECT_TRUE(d.unobservable[0].rotation);
+  EXPECT_THAT(d.message, HasSubstr("hardly determines the rotation about"));
+  context.rotation_is_bound = true;
+  EXPECT_EQ(decide({poseAt(kX, 0.6)}, polish, context).status, Status::Converged);
+}
+
+TEST(Decision, NothingIsSaidOfDirectionsBeforeThePolish)
+{
+  const Decision d = decide({poseAt(kX, 0.6)}, Refinement(), DecisionContext());
+  EXPECT_EQ(d.status, Status::Converged);
+  EXPECT_TRUE(d.unobservable.empty());
+}
+
+TEST(Decision, TwoThatExplainTheScansAlike)
+{
+  JudgedPose rival = poseAt(kX + 6.5 * kY, 0.59);
+  rival.T_target_source.linear() = Eigen::AngleAxisd(0.5 * 3.14159265358979, kZ).toRotationMatrix();
+  DecisionContext context;
+  const Decision d = decide({poseAt(kX, 0.6), rival}, polishInARoom(), context);
+  EXPECT_EQ(d.status, Status::Ambiguous);
+  EXPECT_EQ(d.equals, 2U);
+  EXPECT_LE(d.confidence, 0.5);
+  EXPECT_THAT(d.message, HasSubstr("2 distinct poses"));
+  EXPECT_THAT(d.message, HasSubstr("6.50 m and 90.0 degrees away"));
+  // The guess may tell them apart.
+  context.guess_decides = true;
+  EXPECT_EQ(decide({poseAt(kX, 0.6), rival}, polishInARoom(), context).status, Status::Converged);
+}
+
+TEST(Decision, WithoutFreeSpaceARivalNeedsLess)
+{
+  const std::vector<JudgedPose> poses = {poseAt(kX, 0.6), poseAt(9 * kX, 0.56)};
+  DecisionContext context;
+  EXPECT_EQ(decide(poses, polishInARoom(), context).equals, 1U);
+  context.free_space = false;
+  EXPECT_EQ(decide(poses, polishInARoom(), context).equals, 2U);
+}
+
+TEST(Decision, OneThatMatchesMoreButIsContradictedALittle)
+{
+  EXPECT_EQ(decide({poseAt(kX, 0.6), poseAt(9 * kX, 0.63, 0.005)}, polishInARoom(), DecisionContext()).equals, 2U);
+  EXPECT_EQ(decide({poseAt(kX, 0.6), poseAt(9 * kX, 0.55)}, polishInARoom(), DecisionContext()).equals, 1U);
+}
+
+TEST(Decision, ThreeThatComeNearMakeARepeatedScene)
+{
+  const std::vector<JudgedPose> two = {poseAt(kX, 0.6), poseAt(9 * kX, 0.55)};
+  std::vector<JudgedPose> three = two;
+  three.push_back(poseAt(-9 * kX, 0.55));
+  EXPECT_EQ(decide(two, polishInARoom(), DecisionContext()).equals, 1U);
+  const Decision d = decide(three, polishInARoom(), DecisionContext());
+  EXPECT_EQ(d.equals, 3U);
+  EXPECT_EQ(d.status, Status::Ambiguous);
+  EXPECT_LE(d.confidence, 1.0 / 3);
+}
+
+TEST(Decision, APoseThatLaysSensorOnSensorIsDoubtedEarlier)
+{
+  DecisionContext context;
+  const std::vector<JudgedPose> apart = {poseAt(kX, 0.6), poseAt(9 * kX, 0.53)};
+  const std::vector<JudgedPose> together = {poseAt(0.05 * kX, 0.6), poseAt(9 * kX, 0.53)};
+  EXPECT_EQ(decide(apart, polishInARoom(), context).equals, 1U);
+  EXPECT_EQ(decide(together, polishInARoom(), context).equals, 2U);
+  context.free_space = false; // where the sensors are is not known
+  EXPECT_EQ(decide(together, polishInARoom(), context).equals, 1U);
+  // Still earlier where little tells the place along some direction.
+  context.free_space = true;
+  Refinement weak = polishInACorridor();
+  weak.hessian(3, 3) = 2; // of 200 along the others
+  const std::vector<JudgedPose> far_behind = {poseAt(0.05 * kX, 0.6), poseAt(9 * kX, 0.35)};
+  EXPECT_EQ(decide(far_behind, polishInARoom(), context).equals, 1U);
+  EXPECT_EQ(decide(far_behind, weak, context).equals, 2U);
+}
+
+TEST(Decision, ARivalThatTakesAwayTheConfidence)
+{
+  const Decision d = decide({poseAt(kX, 0.2, 0.006), poseAt(9 * kX, 0.19, 0.0057)}, polishInARoom(), DecisionContext());
+  EXPECT_EQ(d.equals, 1U);
+  EXPECT_EQ(d.status, Status::Ambiguous);
+  EXPECT_THAT(d.message, HasSubstr("nearly as well: the strongest rival lies 8.00 m"));
+  EXPECT_EQ(decide({poseAt(kX, 0.2, 0.006)}, polishInARoom(), DecisionContext()).status, Status::Converged);
+}
+
+TEST(Decision, SurfaceInFreeSpace)
+{
+  const Decision d = decide({poseAt(kX, 0.5, 0.1)}, polishInARoom(), DecisionContext());
+  EXPECT_EQ(d.status, Status::Contradicted);
+  EXPECT_EQ(d.confidence, 0);
+  EXPECT_THAT(d.message, HasSubstr("10.0 % of the surface into space"));
+}
+
+TEST(Decision, PlanesInTooFewDirections)
+{
+  DecisionContext context;
+  context.few_directions = "the source scan has planes in fewer than two directions";
+  const Decision d = decide({poseAt(kX, 0.01)}, polishInARoom(), context);
+  EXPECT_EQ(d.status, Status::TooFewDirections);
+  EXPECT_THAT(d.message, HasSubstr(context.few_directions));
+  // What stands on the plane may tell it all the same.
+  EXPECT_EQ(decide({poseAt(kX, 0.6)}, polishInARoom(), context).status, Status::Converged);
+}
+
+TEST(Decision, NoEvidenceAtAll)
+{
+  const Decision d = decide({JudgedPose()}, Refinement(), DecisionContext());
+  EXPECT_EQ(d.status, Status::LowOverlap);
+  EXPECT_EQ(d.confidence, 0);
+}
+
+TEST(Decision, BelievesOnlyWhatItIsSureOfAndForAnyUnitOfLength)
+{
+  testing::Random random(4);
+  int believed = 0;
+  constexpr int kTrials = 2000;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    std::vector<JudgedPose> poses, larger;
+    for (int k = random.index(6); k >= 0; --k)
+      poses.push_back(poseAt(Eigen::Vector3d(random.uniform(-9, 9), 0, random.uniform(-9, 9)),
+                             random.uniform(0, 0.8),
+                             random.uniform(0, 0.01)));
+    sortByScore(poses);
+    DecisionContext context;
+    context.free_space = random.index(4) > 0;
+    context.guess_decides = random.index(4) == 0;
+    const Refinement polish = random.index(4) ? polishInARoom() : polishInACorridor();
+    const Decision d = decide(poses, polish, context);
+    ASSERT_TRUE(d.confidence >= 0 && d.confidence <= 1);
+    ASSERT_FALSE(d.message.empty());
+    ASSERT_GE(d.equals, 1U);
+    ASSERT_LE(d.equals, poses.size());
+    if (d.status == Status::Converged) {
+      ++believed;
+      ASSERT_GE(d.confidence, context.min_confidence);
+      ASSERT_TRUE(d.unobservable.empty());
+      ASSERT_TRUE(d.equals == 1 || context.guess_decides);
+    }
+    // The same scene, ten times as large.
+    larger = poses;
+    for (JudgedPose& pose : larger)
+      pose.T_target_source.translation() *= 10;
+    Refinement wide = polish;
+    wide.rms *= 10;
+    wide.hessian.topLeftCorner<3, 3>() *= 100;
+    wide.hessian.topRightCorner<3, 3>() *= 10;
+    wide.hessian.bottomLeftCorner<3, 3>() *= 10;
+    context.scale *= 10;
+    context.noise_floor *= 10;
+    const Decision again = decide(larger, wide, context);
+    ASSERT_EQ(again.status, d.status);
+    ASSERT_EQ(again.confidence, d.confidence);
+  }
+  EXPECT_GT(believed, kTrials / 10);
+  EXPECT_LT(believed, kTrials * 9 / 10);
+}
+
+} // namespace
+} // namespace pcl_ssfr
