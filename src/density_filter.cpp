@@ -3,6 +3,7 @@
 
 #include <pcl_ssfr/density_filter.h>
 
+#include "parallel.h"
 #include "vector_clones.h"
 
 #include <Eigen/Eigenvalues>
@@ -271,18 +272,16 @@ computeDensity(const DirectionSet& directions,
   const WeightTree tree(directions);
   Eigen::VectorXd density(directions.size());
   std::atomic<bool> is_late{false};
-  [[maybe_unused]] const int workers = static_cast<int>(std::max(threads, 1U));
-#pragma omp parallel for num_threads(workers) schedule(dynamic, 256)
-  for (Eigen::Index i = 0; i < directions.size(); ++i) {
+  forEachInParallel(directions.size(), 256, static_cast<int>(threads), [&](Eigen::Index i) {
     if (i % kQueriesPerLook == 0 && deadline.hasPassed())
       is_late = true;
     if (is_late)
-      continue;
+      return;
     const Eigen::Vector3d query = tree.point(i);
     density[tree.column(i)] = options.kernel == DensityOptions::Kernel::Count
                                   ? tree.weightWithin(query, options.radius)
                                   : tree.gaussianWithin(query, options.radius);
-  }
+  });
   return density;
 }
 

@@ -3,6 +3,7 @@
 
 #include <pcl_ssfr/normal_estimation.h>
 
+#include "parallel.h"
 #include "voxel_sampling.h"
 
 #include <Eigen/Eigenvalues>
@@ -109,19 +110,19 @@ toCloud(const Points3& points)
 
 /// Mean distance to the nearest neighbour [m]; 0 for fewer than two points.
 double
-measureResolution(const Cloud& cloud, const pcl::search::KdTree<pcl::PointXYZ>& tree, [[maybe_unused]] int workers)
+measureResolution(const Cloud& cloud, const pcl::search::KdTree<pcl::PointXYZ>& tree, int threads)
 {
   if (cloud.size() < 2)
     return 0;
   const std::size_t samples = std::min(cloud.size(), kResolutionSamples);
   std::vector<double> distances(samples, 0);
-#pragma omp parallel for num_threads(workers) schedule(dynamic, 64)
-  for (std::size_t i = 0; i < samples; ++i) {
+  forEachInParallel(static_cast<std::int64_t>(samples), 64, threads, [&](std::int64_t k) {
+    const auto i = static_cast<std::size_t>(k);
     pcl::Indices indices;
     std::vector<float> squared;
     if (tree.nearestKSearch(cloud[i * cloud.size() / samples], 2, indices, squared) == 2)
       distances[i] = std::sqrt(static_cast<double>(squared[1]));
-  }
+  });
   double sum = 0;
   for (const double distance : distances)
     sum += distance;
@@ -146,16 +147,16 @@ measureSurfaceRadius(const Cloud& cloud,
                      const std::vector<Eigen::Index>& columns,
                      double resolution,
                      const Deadline& deadline,
-                     [[maybe_unused]] int workers)
+                     int threads)
 {
   const std::size_t samples = std::min(columns.size(), kSurfaceSamples);
   if (samples == 0 || !(resolution > 0))
     return 0;
   std::vector<double> radii(samples, kLargestRadius);
-#pragma omp parallel for num_threads(workers) schedule(dynamic, 16)
-  for (std::size_t i = 0; i < samples; ++i) {
+  forEachInParallel(static_cast<std::int64_t>(samples), 16, threads, [&](std::int64_t k) {
     if (deadline.hasPassed())
-      continue;
+      return;
+    const auto i = static_cast<std::size_t>(k);
     const pcl::PointXYZ& point = cloud[static_cast<std::size_t>(columns[i * columns.size() / samples])];
     pcl::Indices indices;
     std::vector<float> squared;
@@ -170,7 +171,7 @@ measureSurfaceRadius(const Cloud& cloud,
         break;
       }
     }
-  }
+  });
   const auto rank = std::min(samples - 1, static_cast<std::size_t>(kSurfaceShare * static_cast<double>(samples)));
   const auto chosen = radii.begin() + static_cast<std::ptrdiff_t>(rank);
   std::nth_element(radii.begin(), chosen, radii.end());
@@ -198,7 +199,7 @@ NormalEstimationResult
 estimateNormals(
     const ScanView& scan, const NormalOptions& options, bool oriented, unsigned threads, const Deadline& deadline)
 {
-  const int workers = static_cast<int>(std::max(threads, 1U));
+  const int workers = static_cast<int>(threads);
   NormalEstimationResult result;
   result.samples.oriented = oriented;
 
@@ -231,11 +232,10 @@ estimateNormals(
   const std::vector<Eigen::Index> kept = samplePerVoxel(finite.points, result.leaf);
   const Eigen::Vector3d viewpoint = scan.viewpoint - result.origin;
   Points3 normals = Points3::Zero(3, static_cast<Eigen::Index>(kept.size()));
-#pragma omp parallel for num_threads(workers) schedule(dynamic, 64)
-  for (std::size_t i = 0; i < kept.size(); ++i) {
+  forEachInParallel(normals.cols(), 64, workers, [&](Eigen::Index i) {
     if (deadline.hasPassed())
-      continue;
-    const Eigen::Index column = kept[i];
+      return;
+    const Eigen::Index column = kept[static_cast<std::size_t>(i)];
     Eigen::Vector3d normal = Eigen::Vector3d::Zero();
     if (finite.given_normals.cols() > 0)
       normal = finite.given_normals.col(column);
@@ -248,8 +248,8 @@ estimateNormals(
     const double towards = normal.dot(viewpoint - finite.points.col(column));
     if (oriented && (options.away_from_viewpoint ? towards > 0 : towards < 0))
       normal = -normal;
-    normals.col(static_cast<Eigen::Index>(i)) = normal;
-  }
+    normals.col(i) = normal;
+  });
 
   OrientedSamples& samples = result.samples;
   samples.points.resize(3, normals.cols());

@@ -3,6 +3,8 @@
 
 #include <pcl_ssfr/overlap.h>
 
+#include "parallel.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -21,12 +23,10 @@ computeOverlap(const Points3& source,
 
   // Squared distance of each source point, negative when no target point is near.
   Eigen::VectorXd squared_distances(source.cols());
-  [[maybe_unused]] const int workers = static_cast<int>(std::max(threads, 1U));
-#pragma omp parallel for num_threads(workers) schedule(dynamic, 256) if (workers > 1)
-  for (Eigen::Index i = 0; i < source.cols(); ++i) {
+  forEachInParallel(source.cols(), 256, static_cast<int>(threads), [&](Eigen::Index i) {
     const NeighborIndex::Neighbor neighbor = target.nearest(T_target_source * source.col(i), radius);
     squared_distances[i] = neighbor.index < 0 ? -1 : neighbor.squared_distance;
-  }
+  });
 
   double squared_sum = 0;
   for (const double squared : squared_distances) {

@@ -4,6 +4,7 @@
 #include <pcl_ssfr/overlap.h>
 #include <pcl_ssfr/paper_profile.h>
 
+#include "parallel.h"
 #include "stage_clock.h"
 #include "voxel_sampling.h"
 
@@ -224,19 +225,18 @@ PaperRegistration::judgeRotations(const std::vector<RotationCandidate>& rotation
                                                           options_.translation.histogram.max_bins);
   std::vector<ScoredPose> poses(rotations.size());
   std::vector<char> skipped(rotations.size(), 0);
-  [[maybe_unused]] const int workers = static_cast<int>(threads_);
-#pragma omp parallel for num_threads(workers) schedule(dynamic, 1)
-  for (std::size_t i = 0; i < rotations.size(); ++i) {
+  forEachInParallel(static_cast<std::int64_t>(rotations.size()), 1, static_cast<int>(threads_), [&](std::int64_t k) {
+    const auto i = static_cast<std::size_t>(k);
     if (isOutOfTime()) {
       skipped[i] = 1;
-      continue;
+      return;
     }
     ScoredPose& candidate = poses[i];
     const StageClock translation_clock;
     const std::optional<TranslationAxes> axes =
         chooseAxes(rotations[i], source_.main_normals, target_.main_normals, translation_options);
     if (!axes)
-      continue;
+      return;
     candidate.axes = *axes;
     candidate.pose.linear() = rotations[i].R_target_source;
     candidate.translation = estimateTranslation(transformSamples(source_.normals.samples, candidate.pose),
@@ -248,7 +248,7 @@ PaperRegistration::judgeRotations(const std::vector<RotationCandidate>& rotation
     const StageClock score_clock;
     score(candidate, 1);
     candidate.score_seconds = score_clock.elapsed();
-  }
+  });
 
   double translation_seconds = 0, score_seconds = 0;
   std::uint64_t judged = 0;

@@ -7,6 +7,7 @@
 
 #include "decision.h"
 #include "judged_pose.h"
+#include "parallel.h"
 #include "patch_constants.h"
 #include "stage_clock.h"
 
@@ -435,12 +436,10 @@ private:
                        const PoseSearchOptions& search,
                        std::vector<PoseHypothesis>& poses) const
   {
-    const auto n = static_cast<std::int64_t>(end - begin);
-    std::vector<std::vector<PoseHypothesis>> found(static_cast<std::size_t>(n));
-#pragma omp parallel for schedule(dynamic, 1) num_threads(threads_)
-    for (std::int64_t i = 0; i < n; ++i) {
+    std::vector<std::vector<PoseHypothesis>> found(static_cast<std::size_t>(end - begin));
+    forEachInParallel(end - begin, 1, threads_, [&](std::int64_t i) {
       if (outOfTime())
-        continue;
+        return;
       const Eigen::Matrix3d& R = begin[i].R_target_source;
       PoseSearchOptions near = search;
       if (prior_)
@@ -454,7 +453,7 @@ private:
                                                               freeSpace(target_),
                                                               R,
                                                               near);
-    }
+    });
     for (const std::vector<PoseHypothesis>& some : found)
       poses.insert(poses.end(), some.begin(), some.end());
   }
@@ -504,10 +503,9 @@ private:
   void
   forEachPose(std::vector<JudgedPose>& poses, const Refine& refine) const
   {
-    const auto n = static_cast<std::int64_t>(poses.size());
-#pragma omp parallel for schedule(dynamic, 1) num_threads(threads_)
-    for (std::int64_t i = 0; i < n; ++i)
+    forEachInParallel(static_cast<std::int64_t>(poses.size()), 1, threads_, [&](std::int64_t i) {
       refine(poses[static_cast<std::size_t>(i)]);
+    });
   }
 
   /// Whether two poses count as one.

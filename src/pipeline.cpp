@@ -3,10 +3,11 @@
 
 #include <pcl_ssfr/pipeline.h>
 
+#include "parallel.h"
 #include "prepared_data.h"
 
-#include <algorithm>
-#include <future>
+#include <array>
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <utility>
@@ -72,17 +73,13 @@ prepareScan(const ScanView& scan, const Options& options, const Deadline& deadli
 std::pair<PreparedScan, PreparedScan>
 prepareScans(const ScanView& source, const ScanView& target, const Options& options, const Deadline& deadline)
 {
-  const unsigned threads = threadCount(options);
-  if (threads < 2) {
-    PreparedScan prepared = prepareScan(source, options, deadline);
-    return {std::move(prepared), prepareScan(target, options, deadline)};
-  }
-  // Much of a preparation is serial; two of them side by side use two threads all the time.
-  Options half = options;
-  half.threads = (threads + 1) / 2;
-  std::future<PreparedScan> other = std::async(std::launch::async, [&] { return prepareScan(target, half, deadline); });
-  PreparedScan prepared = prepareScan(source, half, deadline);
-  return {std::move(prepared), other.get()};
+  const auto threads = static_cast<int>(threadCount(options));
+  // Much of a preparation is serial; two of them side by side use two threads most of the time.
+  std::array<PreparedScan, 2> prepared;
+  forEachInParallel(2, 1, threads, [&](std::int64_t i) {
+    prepared[static_cast<std::size_t>(i)] = prepareScan(i == 0 ? source : target, options, deadline);
+  });
+  return {std::move(prepared[0]), std::move(prepared[1])};
 }
 
 Result

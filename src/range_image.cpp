@@ -3,6 +3,7 @@
 
 #include <pcl_ssfr/range_image.h>
 
+#include "parallel.h"
 #include "vector_clones.h"
 
 #include <algorithm>
@@ -178,12 +179,29 @@ placeScore(const Eigen::Matrix3Xf& points, const Eigen::Vector3f& place, const D
 }
 
 /// Mean logarithm of the ranges from \p place; ranges below \p margin [m] do not count much.
-double
+PCL_SSFR_VECTOR_CLONES double
 remoteness(const Eigen::Matrix3Xf& points, const Eigen::Vector3f& place, double margin)
 {
+  constexpr Eigen::Index kFactors = 8; // of a product: that of eight floats is within the range of a double
+  const float* const coordinates = points.data();
+  const auto least = static_cast<float>(margin);
+  std::array<double, kFactors> ranges;
   double sum = 0;
-  for (Eigen::Index i = 0; i < points.cols(); ++i)
-    sum += std::log((points.col(i) - place).norm() + static_cast<float>(margin));
+  for (Eigen::Index first = 0; first < points.cols(); first += kFactors) {
+    const Eigen::Index count = std::min(kFactors, points.cols() - first);
+    ranges.fill(1);
+    for (Eigen::Index i = 0; i < count; ++i) {
+      const float* const point = coordinates + 3 * (first + i);
+      const float x = point[0] - place.x();
+      const float y = point[1] - place.y();
+      const float z = point[2] - place.z();
+      ranges[static_cast<std::size_t>(i)] = static_cast<double>(std::sqrt(x * x + (y * y + z * z)) + least);
+    }
+    double product = 1;
+    for (const double range : ranges)
+      product *= range;
+    sum += std::log(product);
+  }
   return sum / static_cast<double>(points.cols());
 }
 
@@ -192,27 +210,40 @@ struct Place {
   double score;
 };
 
-/// Walk along the axes while that raises \p score(place), and until \p deadline.
+/// Walk along the axes while that raises \p score(place), and until \p deadline, in steps that are halved down to \p
+/// last.
 template <typename Score>
 void
 climb(Place& place, double step, double last, const Deadline& deadline, const Score& score)
 {
-  place.score = score(place.position);
-  while (step >= last) {
+  int stride = 1; // in units of the last step: the places lie on a grid of these
+  for (; step >= 2 * last; step *= 0.5)
+    stride *= 2;
+  const Eigen::Vector3f start = place.position;
+  const auto unit = static_cast<float>(step);
+  Eigen::Array3i here = Eigen::Array3i::Zero();
+  std::vector<Eigen::Array3i> judged = {here};
+  place.score = score(start);
+  while (stride > 0) {
     bool risen = false;
     for (int k = 0; k < 6; ++k) {
       if (deadline.hasPassed())
         return;
-      Place next = place;
-      next.position[k / 2] += static_cast<float>(k % 2 ? step : -step);
-      next.score = score(next.position);
-      if (next.score > place.score) {
-        place = next;
+      Eigen::Array3i cell = here;
+      cell[k / 2] += k % 2 ? stride : -stride;
+      if (std::any_of(judged.begin(), judged.end(), [&](const Eigen::Array3i& j) { return (j == cell).all(); }))
+        continue; // the scores only rise: it was lower
+      judged.push_back(cell);
+      const Eigen::Vector3f position = start + unit * cell.cast<float>().matrix();
+      const double next = score(position);
+      if (next > place.score) {
+        place = {position, next};
+        here = cell;
         risen = true;
       }
     }
     if (!risen)
-      step *= 0.5;
+      stride /= 2;
   }
 }
 
@@ -351,12 +382,10 @@ findViewpoint(const Eigen::Matrix3Xf& points,
   // Rank the places by what they see of some points.
   const auto rankPlaces = [&](const Eigen::Matrix3Xf& seen, double cell) {
     const DirectionGrid grid(cell);
-    const auto count = static_cast<std::int64_t>(places.size());
-#pragma omp parallel for schedule(static) num_threads(workers)
-    for (std::int64_t i = 0; i < count; ++i) {
+    forEachInParallel(static_cast<std::int64_t>(places.size()), 16, workers, [&](std::int64_t i) {
       Place& place = places[static_cast<std::size_t>(i)];
       place.score = deadline.hasPassed() ? 0 : placeScore(seen, place.position, grid, margin);
-    }
+    });
     std::stable_sort(places.begin(), places.end(), [](const Place& a, const Place& b) { return a.score > b.score; });
   };
   rankPlaces(drawPoints(points, kFirstPoints), kFirstCell);
@@ -379,12 +408,11 @@ findViewpoint(const Eigen::Matrix3Xf& points,
     return std::nullopt;
   const auto climbAll = [&](const Eigen::Matrix3Xf& seen, double cell, double first, double last) {
     const DirectionGrid grid(cell);
-    const auto climbs = static_cast<std::int64_t>(best.size());
-#pragma omp parallel for schedule(dynamic, 1) num_threads(workers)
-    for (std::int64_t i = 0; i < climbs; ++i)
+    forEachInParallel(static_cast<std::int64_t>(best.size()), 1, workers, [&](std::int64_t i) {
       climb(best[static_cast<std::size_t>(i)], first, last, deadline, [&](const Eigen::Vector3f& place) {
         return placeScore(seen, place, grid, margin);
       });
+    });
     std::stable_sort(best.begin(), best.end(), [](const Place& a, const Place& b) { return a.score > b.score; });
   };
   climbAll(coarse, kCoarseCell, 0.5 * step, 0.25 * step);

@@ -3,6 +3,7 @@
 
 #include <pcl_ssfr/refinement.h>
 
+#include "parallel.h"
 #include "plane_equations.h"
 
 #include <algorithm>
@@ -42,12 +43,11 @@ addInBlocks(Eigen::Index count, int threads, PlaneEquations& equations, const Ad
   constexpr Eigen::Index kBlock = PlaceBlock::kSize;
   const Eigen::Index blocks = (count + kBlock - 1) / kBlock;
   std::vector<PlaneEquations> sums(static_cast<std::size_t>(blocks));
-#pragma omp parallel for schedule(dynamic, 4) num_threads(threads) if (threads > 1)
-  for (Eigen::Index k = 0; k < blocks; ++k) {
+  forEachInParallel(blocks, 4, threads, [&](Eigen::Index k) {
     PlaneEquations sum; // not in its place: neighbours would share lines of the caches
     add(k * kBlock, std::min(kBlock, count - k * kBlock), sum);
     sums[static_cast<std::size_t>(k)] = sum;
-  }
+  });
   for (const PlaneEquations& sum : sums)
     equations += sum;
 }

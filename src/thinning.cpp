@@ -3,6 +3,8 @@
 
 #include <pcl_ssfr/thinning.h>
 
+#include "parallel.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -20,6 +22,7 @@ constexpr double kHalfRange = 1 << (kCodeBitsPerAxis - 1); // voxels on each sid
 constexpr std::size_t kExtentSamples = 20000;              // points looked at for the percentile
 constexpr std::size_t kPointsPerLook = 16384;              // handled between two looks at the clock
 constexpr std::size_t kCellsPerLook = 256;
+constexpr std::size_t kPartsPerThread = 4;      // of the cells: some hold more points than others
 constexpr std::size_t kPointsPerThread = 65536; // for fewer it does not pay to start one more
 
 // Voxels are sorted cell by cell: what happens within a cell stays in the cache.
@@ -207,9 +210,10 @@ private:
     const std::size_t n = scan_.count();
     const auto parts = static_cast<std::size_t>(threads_);
     std::vector<CellTable> tables(parts);
-#pragma omp parallel for schedule(static, 1) num_threads(threads_)
-    for (std::size_t part = 0; part < parts; ++part)
+    forEachInParallel(threads_, 1, threads_, [&](std::int64_t i) {
+      const auto part = static_cast<std::size_t>(i);
       chainPoints(part * n / parts, (part + 1) * n / parts, tables[part]);
+    });
     for (CellTable& table : tables) {
       cells_.insert(cells_.end(), table.chains().begin(), table.chains().end());
       table = CellTable();
@@ -260,24 +264,22 @@ private:
     }
   }
 
-  /// Call \p visit(workspace, cell) for every cell, in parallel, each thread with a workspace of its own.
+  /// Call \p visit(workspace, cell) for every cell, in parallel, each part of them with a workspace of its own.
   template <typename Workspace, typename Visit>
   void
   forEachCell(const Workspace& empty, const Visit& visit) const
   {
-    const std::size_t blocks = (cells_.size() + kCellsPerLook - 1) / kCellsPerLook;
-#pragma omp parallel num_threads(threads_)
-    {
+    const std::size_t parts = threads_ > 1 ? kPartsPerThread * static_cast<std::size_t>(threads_) : 1;
+    forEachInParallel(static_cast<std::int64_t>(parts), 1, threads_, [&](std::int64_t i) {
+      const auto part = static_cast<std::size_t>(i);
+      const std::size_t end = (part + 1) * cells_.size() / parts;
       Workspace workspace = empty;
-#pragma omp for schedule(dynamic, 1)
-      for (std::size_t block = 0; block < blocks; ++block) {
-        if (deadline_.hasPassed())
-          continue;
-        const std::size_t end = std::min(cells_.size(), (block + 1) * kCellsPerLook);
-        for (std::size_t cell = block * kCellsPerLook; cell < end; ++cell)
-          visit(workspace, cell);
+      for (std::size_t cell = part * cells_.size() / parts; cell < end; ++cell) {
+        if (cell % kCellsPerLook == 0 && deadline_.hasPassed())
+          return;
+        visit(workspace, cell);
       }
-    }
+    });
   }
 
   /// Call \p visit(point) for the points of a cell in the order of the scan.

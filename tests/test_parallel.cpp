@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#include "parallel.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <stdexcept>
+#include <thread>
+#include <vector>
+
+namespace pcl_ssfr {
+namespace {
+
+/// How often each index was visited.
+std::vector<int>
+visits(std::int64_t count, std::int64_t grain, int threads)
+{
+  std::vector<std::atomic<int>> visited(static_cast<std::size_t>(count));
+  forEachInParallel(count, grain, threads, [&](std::int64_t i) { ++visited[static_cast<std::size_t>(i)]; });
+  return {visited.begin(), visited.end()};
+}
+
+TEST(ForEachInParallel, VisitsEveryIndexOnce)
+{
+  for (const std::int64_t count : {0, 1, 2, 7, 1000})
+    for (const std::int64_t grain : {1, 3, 2000})
+      for (const int threads : {0, 1, 2, 5})
+        EXPECT_EQ(visits(count, grain, threads), std::vector<int>(static_cast<std::size_t>(count), 1))
+            << count << " " << grain << " " << threads;
+}
+
+TEST(ForEachInParallel, VisitsEveryIndexOnceWithinAnother)
+{
+  constexpr std::int64_t kOuter = 5, kInner = 300;
+  std::vector<std::atomic<int>> visited(kOuter * kInner);
+  forEachInParallel(kOuter, 1, 3, [&](std::int64_t i) {
+    forEachInParallel(kInner, 4, 3, [&](std::int64_t j) { ++visited[static_cast<std::size_t>(i * kInner + j)]; });
+    // All of them are done when the inner call returns.
+    for (std::int64_t j = 0; j < kInner; ++j)
+      EXPECT_EQ(visited[static_cast<std::size_t>(i * kInner + j)], 1);
+  });
+}
+
+TEST(ForEachInParallel, WhoIsReadyHelps)
+{
+  // One of two outer iterations does nothing: its thread must take inner ones of the other, which wait for it.
+  std::atomic<bool> has_helper{false};
+  forEachInParallel(2, 1, 2, [&](std::int64_t outer) {
+    if (outer == 1)
+      return;
+    const std::thread::id own = std::this_thread::get_id();
+    forEachInParallel(64, 1, 2, [&](std::int64_t) {
+      if (std::this_thread::get_id() != own)
+        has_helper = true;
+      for (int wait = 0; wait < 1000 && !has_helper; ++wait)
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    });
+  });
+  EXPECT_TRUE(has_helper);
+}
+
+TEST(ForEachInParallel, OneThreadKeepsTheOrder)
+{
+  std::vector<std::int64_t> order;
+  forEachInParallel(100, 1, 1, [&](std::int64_t i) { order.push_back(i); });
+  ASSERT_EQ(order.size(), 100U);
+  for (std::size_t i = 0; i < order.size(); ++i)
+    EXPECT_EQ(order[i], static_cast<std::int64_t>(i));
+}
+
+TEST(ForEachInParallel, ThrowsWhatACallThrewAfterAllAreDone)
+{
+  for (const int threads : {2, 4}) {
+    std::atomic<int> calls{0};
+    EXPECT_THROW(forEachInParallel(100,
+                                   1,
+                                   threads,
+                                   [&](std::int64_t i) {
+                                     ++calls;
+                                     if (i % 10 == 3)
+                                       throw std::runtime_error("of a call");
+                                   }),
+                 std::runtime_error);
+    EXPECT_EQ(calls, 100);
+  }
+  EXPECT_THROW(forEachInParallel(3, 1, 1, [](std::int64_t) { throw std::runtime_error("of a call"); }),
+               std::runtime_error);
+}
+
+TEST(ForEachInParallel, ThrowsThroughAnother)
+{
+  EXPECT_THROW(forEachInParallel(4,
+                                 1,
+                                 2,
+                                 [](std::int64_t i) {
+                                   forEachInParallel(50, 1, 2, [i](std::int64_t j) {
+                                     if (i == 2 && j == 30)
+                                       throw std::runtime_error("of an inner call");
+                                   });
+                                 }),
+               std::runtime_error);
+}
+
+} // namespace
+} // namespace pcl_ssfr
