@@ -56,7 +56,6 @@ constexpr double kRoundFullShare = 0.6; // ... and of that, so much at most in t
 /// How hard the search tries; the second effort, for scans that share little, is made only when the first finds nothing
 /// acceptable.
 struct Effort {
-  std::size_t rotations;
   std::size_t poses;    ///< refined, at most
   double votes;         ///< of the best pose, that one must have to be refined before the others
   std::size_t distinct; ///< refined finely, at most
@@ -65,7 +64,7 @@ struct Effort {
 };
 // Of 271 real pairs, all solved ones had a pose near the truth with 0.65 of the most votes; of 375 simulated ones, 373
 // with 0.4.
-constexpr Effort kEfforts[] = {{24, 80, 0.4, 8, 5, 8, false}, {24, 240, 0, 16, 8, 24, true}};
+constexpr Effort kEfforts[] = {{80, 0.4, 8, 5, 8, false}, {240, 0, 16, 8, 24, true}};
 
 /// The vertical is a direction of the scene even where no surface faces it.
 std::vector<MainNormal>
@@ -160,12 +159,11 @@ public:
       }
     if (!checkScans())
       return result_;
-    const std::vector<RotationCandidate> sweep = proposeSweep();
+    const std::vector<RotationCandidate> rotations = proposeRotations();
+    if (rotations.empty() && !guess)
+      return fail(Status::NoCandidate, "no rotation lays the main normals of the scans on each other");
     std::vector<JudgedPose> poses;
     for (const Effort& effort : kEfforts) {
-      const std::vector<RotationCandidate> rotations = proposeRotations(effort, sweep);
-      if (rotations.empty() && !guess)
-        return fail(Status::NoCandidate, "no rotation lays the main normals of the scans on each other");
       std::vector<PoseHypothesis> hypotheses = searchPoses(rotations, searchOptions(effort));
       hypotheses.resize(std::min(hypotheses.size(), effort.poses));
       const auto few = hypotheses.begin() + static_cast<std::ptrdiff_t>(promising(hypotheses, effort));
@@ -199,13 +197,13 @@ public:
   {
     std::vector<PatchSearch> all;
     checkScans(); // says whether there are too few directions
-    const std::vector<RotationCandidate> sweep = proposeSweep();
+    const std::vector<RotationCandidate> rotations = proposeRotations();
     for (const Effort& effort : kEfforts) {
       PatchSearch search;
       search.options = searchOptions(effort);
       search.source_normals = source_normals_;
       search.target_normals = target_normals_;
-      search.rotations = proposeRotations(effort, sweep);
+      search.rotations = rotations;
       search.poses = searchPoses(search.rotations, search.options);
       search.refined = promising(search.poses, effort);
       all.push_back(std::move(search));
@@ -375,29 +373,25 @@ private:
            keepsVertical(R_target_source, *options_.gravity, std::max(options_.gravity->tolerance, least));
   }
 
-  /// Rotations about the directions where main normals do not tell them; the same for every effort.
+  /// METHOD stages 6 to 8, merged and ranked (METHOD point 3); where main normals do not tell the rotation, also such
+  /// all around.
   std::vector<RotationCandidate>
-  proposeSweep() const
-  {
-    return sweepRotations(sweepAxes(source_normals_, source_), sweepAxes(target_normals_, target_), kSweepSteps);
-  }
-
-  /// METHOD stages 6 to 8, merged and ranked (METHOD point 3), and those of the \p sweep.
-  std::vector<RotationCandidate>
-  proposeRotations(const Effort& effort, const std::vector<RotationCandidate>& sweep)
+  proposeRotations()
   {
     RotationOptions rotation;
     rotation.angle_tolerance = kPairAngle;
     rotation.merge_angle = kPairAngle;
     rotation.refit_angle = kRefitAngle;
-    std::vector<RotationCandidate> rotations = pcl_ssfr::proposeRotations(source_normals_, target_normals_, rotation);
+    std::vector<RotationCandidate> rotations =
+        pcl_ssfr::proposeRotations(source_normals_, target_normals_, rotation, static_cast<unsigned>(threads_));
     const auto contradicts_priors = [&](const RotationCandidate& r) {
       return !keepsGivenVertical(r.R_target_source, kRefitAngle) || !isNearGuess(r.R_target_source, kRefitAngle);
     };
     rotations.erase(std::remove_if(rotations.begin(), rotations.end(), contradicts_priors), rotations.end());
     const std::size_t all = rotations.size();
-    rotations.resize(std::min(all, effort.rotations));
-    for (const RotationCandidate& r : sweep)
+    rotations.resize(std::min(all, kMaxRotations));
+    for (const RotationCandidate& r :
+         sweepRotations(sweepAxes(source_normals_, source_), sweepAxes(target_normals_, target_), kSweepSteps))
       if (!contradicts_priors(r))
         rotations.push_back(r);
     if (prior_) {
@@ -859,6 +853,7 @@ private:
 
   static constexpr double kKeptScore =
       0.9; // share of the score that a refinement, which makes the pose more exact, may cost
+  static constexpr std::size_t kMaxRotations = 24;
   static constexpr std::size_t kFirstRotations = 6;
   static constexpr double kClearScore = 0.2;
   static constexpr double kClearShare = 0.65; // of the matched voices, that contradictions leave of the score

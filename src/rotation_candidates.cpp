@@ -3,12 +3,15 @@
 
 #include <pcl_ssfr/rotation_candidates.h>
 
+#include "parallel.h"
+
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <Eigen/SVD>
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 
 namespace pcl_ssfr {
 
@@ -161,10 +164,22 @@ keepDistinct(const std::vector<RotationCandidate>& candidates, double angle)
   return distinct;
 }
 
-bool
-isPair(const MainNormal& a, const MainNormal& b, const RotationOptions& options)
+/// Two main normals of a scan and the angle between them [rad].
+struct NormalPair {
+  std::size_t a, b;
+  double angle;
+};
+
+/// The pairs (a, b) of which a comes before b; with \p both_ways also those the other way round.
+std::vector<NormalPair>
+pairsOf(const std::vector<MainNormal>& normals, bool both_ways, const RotationOptions& options)
 {
-  return std::abs(a.direction.dot(b.direction)) < options.max_abs_cos;
+  std::vector<NormalPair> pairs;
+  for (std::size_t a = 0; a < normals.size(); ++a)
+    for (std::size_t b = both_ways ? 0 : a + 1; b < normals.size(); ++b)
+      if (a != b && std::abs(normals[a].direction.dot(normals[b].direction)) < options.max_abs_cos)
+        pairs.push_back({a, b, angleBetween(normals[a].direction, normals[b].direction)});
+  return pairs;
 }
 
 } // namespace
@@ -194,42 +209,48 @@ rotationFromPairs(const Eigen::Vector3d& source_a,
 std::vector<RotationCandidate>
 proposeRotations(const std::vector<MainNormal>& source,
                  const std::vector<MainNormal>& target,
-                 const RotationOptions& options)
+                 const RotationOptions& options,
+                 unsigned threads)
 {
+  constexpr std::int64_t kGrain = 4;
+  const auto workers = static_cast<int>(threads);
   const bool merge = options.merge_angle > 0;
   const Matcher matcher(source, target, merge ? options.refit_angle : options.angle_tolerance);
-  std::vector<RotationCandidate> candidates;
-  for (std::size_t i = 0; i < source.size(); ++i) {
-    for (std::size_t j = i + 1; j < source.size(); ++j) {
-      if (!isPair(source[i], source[j], options))
+  const std::vector<NormalPair> source_pairs = pairsOf(source, false, options);
+  const std::vector<NormalPair> target_pairs = pairsOf(target, true, options);
+  const auto matchPair = [&](const NormalPair& of_source) {
+    std::vector<RotationCandidate> candidates;
+    for (const NormalPair& of_target : target_pairs) {
+      RotationCandidate candidate;
+      candidate.angle_error = std::abs(of_source.angle - of_target.angle);
+      if (candidate.angle_error > options.angle_tolerance)
         continue;
-      const double source_angle = angleBetween(source[i].direction, source[j].direction);
-      for (std::size_t k = 0; k < target.size(); ++k) {
-        for (std::size_t l = 0; l < target.size(); ++l) {
-          if (k == l || !isPair(target[k], target[l], options))
-            continue;
-          const double target_angle = angleBetween(target[k].direction, target[l].direction);
-          if (std::abs(source_angle - target_angle) > options.angle_tolerance)
-            continue;
-          RotationCandidate candidate;
-          candidate.R_target_source =
-              rotationFromPairs(source[i].direction, source[j].direction, target[k].direction, target[l].direction);
-          candidate.source_pair = {{static_cast<int>(i), static_cast<int>(j)}};
-          candidate.target_pair = {{static_cast<int>(k), static_cast<int>(l)}};
-          candidate.angle_error = std::abs(source_angle - target_angle);
-          candidate.support = Matcher::support(matcher.match(candidate.R_target_source));
-          candidates.push_back(candidate);
-        }
-      }
+      candidate.R_target_source = rotationFromPairs(source[of_source.a].direction,
+                                                    source[of_source.b].direction,
+                                                    target[of_target.a].direction,
+                                                    target[of_target.b].direction);
+      candidate.source_pair = {{static_cast<int>(of_source.a), static_cast<int>(of_source.b)}};
+      candidate.target_pair = {{static_cast<int>(of_target.a), static_cast<int>(of_target.b)}};
+      candidate.support = Matcher::support(matcher.match(candidate.R_target_source));
+      candidates.push_back(candidate);
     }
-  }
+    return candidates;
+  };
+  std::vector<std::vector<RotationCandidate>> found(source_pairs.size());
+  forEachInParallel(static_cast<std::int64_t>(found.size()), kGrain, workers, [&](std::int64_t i) {
+    found[static_cast<std::size_t>(i)] = matchPair(source_pairs[static_cast<std::size_t>(i)]);
+  });
+  std::vector<RotationCandidate> candidates;
+  for (const std::vector<RotationCandidate>& some : found)
+    candidates.insert(candidates.end(), some.begin(), some.end());
   if (!merge)
     return candidates;
 
   sortBySupport(candidates);
   candidates = keepDistinct(candidates, options.merge_angle);
-  for (RotationCandidate& candidate : candidates)
-    matcher.refit(candidate);
+  forEachInParallel(static_cast<std::int64_t>(candidates.size()), kGrain, workers, [&](std::int64_t i) {
+    matcher.refit(candidates[static_cast<std::size_t>(i)]);
+  });
   sortBySupport(candidates);
   return keepDistinct(candidates, options.merge_angle); // fits of neighbours may have met
 }

@@ -43,11 +43,13 @@ rotationFromPairs(const Eigen::Vector3d& source_a,
  * With merge_angle > 0, candidates closer than it in SO(3) become one, refitted by a weighted SVD on every main
  * normal that it matches within refit_angle, and the list is ordered by descending support; otherwise the order is
  * that of the enumeration. Empty when either scan has no pair.
+ * \param[in] threads >= 1; the bits do not depend on it
  */
 std::vector<RotationCandidate>
 proposeRotations(const std::vector<MainNormal>& source,
                  const std::vector<MainNormal>& target,
-                 const RotationOptions& options);
+                 const RotationOptions& options,
+                 unsigned threads = 1);
 
 /** \brief Rotations about a direction that the scans share, all around it in equal steps: for scenes whose main normals
  * do not tell the rotation about it (one plane with things on it, a round hall).
