@@ -173,7 +173,7 @@ unavoidableSeconds(const Result& result)
 {
   double seconds = 0;
   for (const StageReport& stage : result.stages)
-    for (const char* name : {"source thinning", "source patches", "source normals"})
+    for (const char* name : {"source thinning", "source patches", "source_normals"})
       if (stage.name == name || stage.name == "target" + std::string(name).substr(std::string("source").size()))
         seconds += stage.seconds;
   return seconds;
@@ -255,6 +255,7 @@ printRatios(const Settings& settings, const Options& options)
       continue;
     const auto over_pairs = [&times](const std::function<double(const PairTimes&)>& value) {
       std::vector<double> values;
+      values.reserve(times.size());
       for (const PairTimes& pair : times)
         values.push_back(value(pair));
       return median(values);

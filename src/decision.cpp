@@ -135,9 +135,10 @@ unobservableText(Decision& decision, const Findings& found)
     return "the scene does not determine the " +
            directionText(open.rotation ? "rotation about" : "translation along", open.direction);
   }
-  if (found.polish.matches == 0 || found.context.rotation_is_bound)
+  if (found.polish.matches == 0)
     return "";
-  const RotationDeviation turn = largestRotationDeviation(found.polish, found.context.noise_floor, kPolishPointsAPatch);
+  const RotationDeviation turn = largestRotationDeviation(
+      found.polish, found.context.noise_floor, kPolishPointsAPatch, found.context.rotation_prior);
   if (!(turn.deviation > kMaxRotationDeviation))
     return "";
   decision.unobservable.push_back({turn.axis, true, turn.strength});

@@ -62,7 +62,10 @@ informationMatrix(const Refinement& refinement,
 }
 
 RotationDeviation
-largestRotationDeviation(const Refinement& refinement, double noise_floor, double samples_per_patch)
+largestRotationDeviation(const Refinement& refinement,
+                         double noise_floor,
+                         double samples_per_patch,
+                         const Eigen::Matrix3d& prior)
 {
   RotationDeviation largest;
   largest.deviation = std::numeric_limits<double>::infinity();
@@ -74,12 +77,12 @@ largestRotationDeviation(const Refinement& refinement, double noise_floor, doubl
   // What is left of the rotation's information when the place is free (the Schur complement).
   const Eigen::Matrix3d coupling = information.topRightCorner<3, 3>();
   const Eigen::Matrix3d rotation =
-      information.topLeftCorner<3, 3>() -
+      prior + information.topLeftCorner<3, 3>() -
       coupling * information.bottomRightCorner<3, 3>().completeOrthogonalDecomposition().solve(coupling.transpose());
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(0.5 * (rotation + rotation.transpose()));
   largest.axis = solver.eigenvectors().col(0);
   // Rounding leaves some information where there is none.
-  if (solver.eigenvalues()[0] > 1e-12 * information.topLeftCorner<3, 3>().trace()) {
+  if (solver.eigenvalues()[0] > 1e-12 * (prior + information.topLeftCorner<3, 3>()).trace()) {
     largest.deviation = 1 / std::sqrt(solver.eigenvalues()[0]);
     largest.strength = solver.eigenvalues()[0] / solver.eigenvalues()[2];
   }

@@ -3,12 +3,13 @@
 
 #include <pcl_ssfr/options.h>
 
+#include <omp.h>
+
 #include <algorithm>
 #include <cmath>
 #include <sstream>
 #include <stdexcept>
 #include <string>
-#include <thread>
 
 namespace pcl_ssfr {
 
@@ -197,9 +198,16 @@ validateLcp(const LcpOptions& options)
 } // namespace
 
 unsigned
+threadCount(unsigned requested)
+{
+  return requested > 0 ? requested
+                       : static_cast<unsigned>(std::max(1, std::min(omp_get_max_threads(), omp_get_num_procs())));
+}
+
+unsigned
 threadCount(const Options& options)
 {
-  return options.threads > 0 ? options.threads : std::max(1u, std::thread::hardware_concurrency());
+  return threadCount(options.threads);
 }
 
 Options

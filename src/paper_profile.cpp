@@ -8,8 +8,6 @@
 #include "stage_clock.h"
 #include "voxel_sampling.h"
 
-#include <omp.h>
-
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -29,12 +27,6 @@ constexpr Eigen::Index kMinSamples = 10;
 constexpr double kRoomRadius = 0.1, kVehicleRadius = 0.6, kRoomLcpLeaf = 0.2, kVehicleLcpLeaf = 0.5; ///< [m]
 /// Poses closer than this in both are one in the list of candidates.
 constexpr double kDistinctAngle = 5 * kDegree, kDistinctShift = 0.5; ///< [rad], [m]
-
-unsigned
-resolveThreads(unsigned threads)
-{
-  return threads > 0 ? threads : static_cast<unsigned>(std::max(omp_get_num_procs(), 1));
-}
 
 template <typename Count>
 std::uint64_t
@@ -63,16 +55,6 @@ deriveLcpLeaf(double normal_radius)
 {
   const double share = (normal_radius - kRoomRadius) / (kVehicleRadius - kRoomRadius);
   return kRoomLcpLeaf + std::clamp(share, 0.0, 1.0) * (kVehicleLcpLeaf - kRoomLcpLeaf);
-}
-
-bool
-hasPair(const std::vector<MainNormal>& normals, double max_abs_cos)
-{
-  for (std::size_t i = 0; i < normals.size(); ++i)
-    for (std::size_t j = i + 1; j < normals.size(); ++j)
-      if (std::abs(normals[i].direction.dot(normals[j].direction)) < max_abs_cos)
-        return true;
-  return false;
 }
 
 double
@@ -105,7 +87,7 @@ class PaperRegistration {
 public:
   PaperRegistration(const PaperScan& source, const PaperScan& target, const Options& options, const Deadline& deadline)
       : source_(source), target_(target), options_(withUserParameters(options)), deadline_(deadline),
-        threads_(resolveThreads(options.threads))
+        threads_(threadCount(options))
   {}
 
   Result
@@ -171,7 +153,7 @@ PaperRegistration::rejectScans()
   }
   for (const PaperScan* scan : {&source_, &target_}) {
     const std::string name = scan == &source_ ? "source" : "target";
-    if (hasPair(scan->main_normals, options_.rotation.max_abs_cos))
+    if (hasPair(scan->main_normals, options_.rotation))
       continue;
     result_.status = Status::TooFewDirections;
     result_.message = "the planes of the " + name +
@@ -439,7 +421,7 @@ preparePaperScan(const ScanView& scan, const Options& user_options, bool oriente
 {
   validate(user_options);
   const Options options = withUserParameters(user_options);
-  const unsigned threads = resolveThreads(options.threads);
+  const unsigned threads = threadCount(options);
   PaperScan result;
   StageClock clock;
   // Whether the time has run out by the end of a stage: then the stage itself may not be complete.

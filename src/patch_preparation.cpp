@@ -53,18 +53,19 @@ sceneScale(const ScanExtent& extent)
   return extent.radius / std::clamp(extent.radius, kTypicalRadius[0], kTypicalRadius[1]);
 }
 
-/// At most \p most of the finite points, evenly drawn in their order, relative to \p origin [m].
+/// At most \p most of the points within \p reach [m] of \p origin along every axis, evenly drawn in their order and
+/// relative to it [m]. Drivers write huge numbers where there was no return.
 Eigen::Matrix3Xf
-drawPoints(const ScanView& scan, const Eigen::Vector3d& origin, std::size_t most)
+drawPoints(const ScanView& scan, const Eigen::Vector3d& origin, double reach, std::size_t most)
 {
   const std::size_t n = scan.count();
   const std::size_t count = std::min(most, n);
   Eigen::Matrix3Xf drawn(3, static_cast<Eigen::Index>(count));
   Eigen::Index kept = 0;
   for (std::size_t i = 0; i < count; ++i) {
-    const Eigen::Vector3f p = scan.point((2 * i + 1) * n / (2 * count));
-    if (p.allFinite())
-      drawn.col(kept++) = (p.cast<double>() - origin).cast<float>();
+    const Eigen::Vector3d p = scan.point((2 * i + 1) * n / (2 * count)).cast<double>() - origin;
+    if ((p.array().abs() < reach).all()) // not so for NaN
+      drawn.col(kept++) = p.cast<float>();
   }
   return drawn.leftCols(kept);
 }
@@ -181,12 +182,13 @@ preparePatchScan(const ScanView& scan, const Options& options, const Deadline& d
                              isPlausibleViewpoint(cloud.points, viewpoint.cast<float>(), prepared.scale, deadline));
   if (!prepared.viewpoint_used && mode != ViewpointMode::Unused) {
     const Eigen::Vector3f doubted = viewpoint.cast<float>();
-    const std::optional<Eigen::Vector3f> place = findViewpoint(drawPoints(scan, prepared.origin, kViewpointPoints),
-                                                               cloud.points,
-                                                               prepared.scale,
-                                                               threadCount(options),
-                                                               mode == ViewpointMode::Auto ? &doubted : nullptr,
-                                                               deadline);
+    const std::optional<Eigen::Vector3f> place =
+        findViewpoint(drawPoints(scan, prepared.origin, thinningReach(cloud.leaf), kViewpointPoints),
+                      cloud.points,
+                      prepared.scale,
+                      threadCount(options),
+                      mode == ViewpointMode::Auto ? &doubted : nullptr,
+                      deadline);
     prepared.viewpoint_used = prepared.viewpoint_found = place.has_value();
     if (place)
       viewpoint = place->cast<double>();

@@ -48,7 +48,8 @@ constexpr double kRefitAngle = 0.12;
 constexpr double kLooseNormals = 0.5; // normals of a match: in the search ...
 constexpr double kNormals = 0.35;     // ... after the fine refinement ...
 constexpr double kDistinctAngle = 0.05;
-constexpr double kGravityMargin = 0.01; // of refined poses beyond the tolerance of the prior: noise of scans and prior
+constexpr double kLeastDeviation = 1e-4; // of a prior
+constexpr double kGravityMargin = 0.01;  // of refined poses beyond the tolerance of the prior: noise of scans and prior
 
 constexpr double kRoundShare = 0.3; // of the surface that faces across an axis for the scene to be round about it ...
 constexpr double kRoundFullShare = 0.6; // ... and of that, so much at most in the fullest third of all directions
@@ -161,7 +162,7 @@ public:
       return result_;
     const std::vector<RotationCandidate> rotations = proposeRotations();
     if (rotations.empty() && !guess)
-      return fail(Status::NoCandidate, "no rotation lays the main normals of the scans on each other");
+      return settle(Status::NoCandidate, "no rotation lays the main normals of the scans on each other");
     std::vector<JudgedPose> poses;
     for (const Effort& effort : kEfforts) {
       std::vector<PoseHypothesis> hypotheses = searchPoses(rotations, searchOptions(effort));
@@ -182,8 +183,8 @@ public:
     }
     if (poses.empty()) {
       result_.candidates.clear();
-      return outOfTime() ? fail(Status::TimeLimit, "the time limit ran out before a pose could be judged")
-                         : fail(Status::NoCandidate, nothingFound());
+      return outOfTime() ? settle(Status::TimeLimit, "the time limit ran out before a pose could be judged")
+                         : settle(Status::NoCandidate, nothingFound());
     }
     preferGuess(poses, guess);
     polishBest(poses, guess);
@@ -235,8 +236,9 @@ private:
     return deadline_.hasPassed();
   }
 
+  /// What there is to say, for now.
   Result&
-  fail(Status status, const std::string& message)
+  settle(Status status, const std::string& message)
   {
     result_.status = status;
     result_.message = message;
@@ -266,19 +268,16 @@ private:
     for (const PatchScan* scan : {&source_, &target_}) {
       const std::string name = scan == &source_ ? "the source scan" : "the target scan";
       if (scan->extent.finite_points < kMinPoints) {
-        fail(Status::TooFewPoints,
-             name + " has " + std::to_string(scan->extent.finite_points) + " finite points, at least " +
-                 std::to_string(kMinPoints) + " are needed");
+        settle(Status::TooFewPoints,
+               name + " has " + std::to_string(scan->extent.finite_points) + " finite points, at least " +
+                   std::to_string(kMinPoints) + " are needed");
         return false;
       }
       const std::vector<MainNormal>& normals = scan == &source_ ? source_normals_ : target_normals_;
-      const bool pair = std::any_of(normals.begin(), normals.end(), [&](const MainNormal& m) {
-        return std::abs(m.direction.dot(normals.front().direction)) < RotationOptions{}.max_abs_cos;
-      });
-      if (!pair && few_directions_.empty())
+      if (!hasPair(normals, RotationOptions{}) && few_directions_.empty())
         few_directions_ = name + " has planes in fewer than two directions";
       if (normals.empty() && !prior_) {
-        fail(Status::TooFewDirections, name + " has no planes: its rotation cannot be observed");
+        settle(Status::TooFewDirections, name + " has no planes: its rotation cannot be observed");
         return false;
       }
     }
@@ -831,8 +830,24 @@ private:
     const Decision decision = decide(poses, polish_, decisionContext());
     result_.confidence = decision.confidence;
     result_.unobservable = decision.unobservable;
-    fail(decision.status, decision.message);
+    settle(decision.status, decision.message);
     return decision.equals;
+  }
+
+  /// What the priors tell of the rotation: a guess as much as its tolerance says; who gives a vertical asks for four
+  /// degrees of freedom, and the tilt is not in question.
+  Eigen::Matrix3d
+  rotationPrior() const
+  {
+    const auto information = [](double deviation) { return 1 / std::pow(std::max(deviation, kLeastDeviation), 2); };
+    Eigen::Matrix3d prior = Eigen::Matrix3d::Zero();
+    if (prior_)
+      prior += information(options_.guess_tolerance->rotation) * Eigen::Matrix3d::Identity();
+    if (options_.gravity) {
+      const Eigen::Vector3d up = options_.gravity->up_target.normalized();
+      prior += information(0) * (Eigen::Matrix3d::Identity() - up * up.transpose());
+    }
+    return prior;
   }
 
   DecisionContext
@@ -845,7 +860,7 @@ private:
     context.free_space = seesFreeSpace();
     context.source_viewpoint = source_.viewpoint;
     context.target_viewpoint = target_.viewpoint;
-    context.rotation_is_bound = prior_ || options_.gravity;
+    context.rotation_prior = rotationPrior();
     context.guess_decides = guess_decides_;
     context.few_directions = few_directions_;
     return context;

@@ -115,9 +115,13 @@ registerScans(const PreparedScan& source,
   }
   if (!source.isComplete() || !target.isComplete())
     return reportUnfinished(source, target);
-  if (options.profile == Profile::Paper2017)
-    return registerPaperScans(source.data().paper, target.data().paper, options, guess, deadline);
-  return registerPatchScans(source.data().patches, target.data().patches, options, guess, deadline);
+  Result result;
+  runInTeam(static_cast<int>(threadCount(options)), [&] {
+    result = options.profile == Profile::Paper2017
+                 ? registerPaperScans(source.data().paper, target.data().paper, options, guess, deadline)
+                 : registerPatchScans(source.data().patches, target.data().patches, options, guess, deadline);
+  });
+  return result;
 }
 
 } // namespace pcl_ssfr

@@ -11,10 +11,6 @@
 #include <cmath>
 #include <stdexcept>
 
-#ifdef _OPENMP
-#include <omp.h>
-#endif
-
 namespace pcl_ssfr::detail {
 
 namespace {
@@ -123,17 +119,6 @@ isEveryPointInOrder(const pcl::Indices& indices, std::size_t size)
     }
   }
   return true;
-}
-
-int
-threadCount(unsigned requested)
-{
-#ifdef _OPENMP
-  return requested == 0 ? omp_get_num_procs() : static_cast<int>(requested);
-#else
-  static_cast<void>(requested);
-  return 1;
-#endif
 }
 
 float

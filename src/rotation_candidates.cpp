@@ -184,6 +184,12 @@ pairsOf(const std::vector<MainNormal>& normals, bool both_ways, const RotationOp
 
 } // namespace
 
+bool
+hasPair(const std::vector<MainNormal>& normals, const RotationOptions& options)
+{
+  return !pairsOf(normals, false, options).empty();
+}
+
 Eigen::Matrix3d
 rotationFromPairs(const Eigen::Vector3d& source_a,
                   const Eigen::Vector3d& source_b,

@@ -141,8 +141,7 @@ public:
           unsigned threads,
           const Deadline& deadline)
       : scan_(scan), origin_(origin),
-        limit_(std::min(max_distance > 0 ? max_distance : std::numeric_limits<double>::max(),
-                        std::min<double>((kHalfRange - 1) * leaf, std::numeric_limits<float>::max()))),
+        limit_(std::min(max_distance > 0 ? max_distance : std::numeric_limits<double>::max(), thinningReach(leaf))),
         inverse_leaf_(1.0 / std::max(leaf, std::numeric_limits<double>::min())), // finite
         threads_(static_cast<int>(
             std::clamp<std::size_t>(scan.count() / kPointsPerThread, 1, std::max<std::size_t>(threads, 1)))),
@@ -429,6 +428,12 @@ measureExtent(const ScanView& scan, const Deadline& deadline)
   });
   extent.radius = quantile(0.9);
   return extent;
+}
+
+double
+thinningReach(double leaf)
+{
+  return std::min<double>((kHalfRange - 1) * leaf, std::numeric_limits<float>::max());
 }
 
 ThinnedCloud

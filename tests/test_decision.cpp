@@ -98,8 +98,15 @@ TEST(Decision, NamesTheTurnThatIsHardlyTold)
   ASSERT_EQ(d.unobservable.size(), 1U);
   EXPECT_TRUE(d.unobservable[0].rotation);
   EXPECT_THAT(d.message, HasSubstr("hardly determines the rotation about"));
-  context.rotation_is_bound = true;
-  EXPECT_EQ(decide({poseAt(kX, 0.6)}, polish, context).status, Status::Converged);
+  // A prior tells it when it is exact enough, and of the axes that it binds.
+  const auto with = [&](const Eigen::Matrix3d& prior) {
+    context.rotation_prior = prior;
+    return decide({poseAt(kX, 0.6)}, polish, context).status;
+  };
+  const double exact = 1 / (0.003 * 0.003), rough = 1 / (0.1 * 0.1); // [1/rad^2]
+  EXPECT_EQ(with(exact * Eigen::Matrix3d::Identity()), Status::Converged);
+  EXPECT_EQ(with(rough * Eigen::Matrix3d::Identity()), Status::Unobservable);
+  EXPECT_EQ(with(exact * (Eigen::Matrix3d::Identity() - kZ * kZ.transpose())), Status::Unobservable); // not the heading
 }
 
 TEST(Decision, NothingIsSaidOfDirectionsBeforeThePolish)

@@ -168,6 +168,23 @@ TEST(InformationMatrix, FarOrigin)
     EXPECT_TRUE(informationMatrix(r, Eigen::Vector3d::Constant(x), 0.01, 1).allFinite());
 }
 
+TEST(RotationDeviation, APriorTellsTheAxesThatItBinds)
+{
+  const Refinement level = refinementOf(matchesOn({kX, kY}, 100, kX, 12)); // heights are open, turns are told
+  const double before = largestRotationDeviation(level, 0.5, 1).deviation;
+  const double rough = 10 * before, exact = 0.1 * before;
+  const auto with = [&](double deviation) {
+    return largestRotationDeviation(level, 0.5, 1, Eigen::Matrix3d::Identity() / (deviation * deviation)).deviation;
+  };
+  EXPECT_NEAR(with(rough), before, 0.01 * before);
+  EXPECT_NEAR(with(exact), exact, 0.01 * exact);
+  // One plane leaves the turn about its normal open; a prior of the others does not tell it.
+  const Refinement plane = refinementOf(matchesOn({kZ}, 100, kX, 13));
+  const Eigen::Matrix3d vertical = 1e6 * (Eigen::Matrix3d::Identity() - kZ * kZ.transpose());
+  EXPECT_EQ(largestRotationDeviation(plane, 0.5, 1, vertical).deviation, std::numeric_limits<double>::infinity());
+  EXPECT_NEAR(largestRotationDeviation(plane, 0.5, 1, 1e6 * Eigen::Matrix3d::Identity()).deviation, 1e-3, 1e-5);
+}
+
 TEST(RankMotions, AlongTheCorridorFirst)
 {
   // Floor and walls, a few places on its end: the way along the corridor is told least, and nothing else moves with it.

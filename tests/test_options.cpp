@@ -5,6 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include <omp.h>
+
 #include <functional>
 #include <limits>
 #include <regex>
@@ -109,6 +111,22 @@ TEST(Options, MoreThreadsThanASystemStartsAreRefused)
   EXPECT_EQ(complaint(options), "");
   options.threads = kMaxThreads + 1;
   EXPECT_EQ(complaint(options), "threads = 1025, must be at most 1024");
+}
+
+TEST(ThreadCount, AllThatThisProcessMayUse)
+{
+  const int before = omp_get_max_threads();
+  EXPECT_GE(threadCount(0), 1U);
+  EXPECT_LE(threadCount(0), static_cast<unsigned>(omp_get_num_procs()));
+  omp_set_num_threads(1);
+  EXPECT_EQ(threadCount(0), 1U);
+  EXPECT_EQ(threadCount(3), 3U); // as asked for
+  Options options;
+  options.threads = 5;
+  EXPECT_EQ(threadCount(options), 5U);
+  options.threads = 0;
+  EXPECT_EQ(threadCount(options), 1U);
+  omp_set_num_threads(before);
 }
 
 TEST(Options, RealNumbersOutOfRangeAreNamed)

@@ -45,22 +45,51 @@ TEST(ForEachInParallel, VisitsEveryIndexOnceWithinAnother)
   });
 }
 
+/// Whether another thread helps with a loop of \p count iterations, which wait for that.
+bool
+isHelpedWith(std::int64_t count)
+{
+  std::atomic<bool> has_helper{false};
+  const std::thread::id own = std::this_thread::get_id();
+  forEachInParallel(count, 1, 2, [&](std::int64_t) {
+    if (std::this_thread::get_id() != own)
+      has_helper = true;
+    for (int wait = 0; wait < 1000 && !has_helper; ++wait)
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  });
+  return has_helper;
+}
+
 TEST(ForEachInParallel, WhoIsReadyHelps)
 {
-  // One of two outer iterations does nothing: its thread must take inner ones of the other, which wait for it.
-  std::atomic<bool> has_helper{false};
-  forEachInParallel(2, 1, 2, [&](std::int64_t outer) {
-    if (outer == 1)
-      return;
-    const std::thread::id own = std::this_thread::get_id();
-    forEachInParallel(64, 1, 2, [&](std::int64_t) {
-      if (std::this_thread::get_id() != own)
-        has_helper = true;
-      for (int wait = 0; wait < 1000 && !has_helper; ++wait)
-        std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    });
-  });
-  EXPECT_TRUE(has_helper);
+  // One of two outer iterations does nothing, whichever: its thread must take inner ones of the other.
+  for (const std::int64_t idle : {0, 1})
+    for (const std::int64_t count : {64, 10000}) {
+      bool is_helped = false;
+      forEachInParallel(2, 1, 2, [&](std::int64_t outer) {
+        if (outer != idle)
+          is_helped = isHelpedWith(count);
+      });
+      EXPECT_TRUE(is_helped) << idle << " " << count;
+    }
+}
+
+TEST(RunInTeam, OthersHelpWithItsLoops)
+{
+  bool is_helped = false;
+  runInTeam(2, [&] { is_helped = isHelpedWith(64) && isHelpedWith(10000); });
+  EXPECT_TRUE(is_helped);
+}
+
+TEST(RunInTeam, RunsOnceAndThrowsWhatWasThrown)
+{
+  for (const int threads : {0, 1, 2, 5}) {
+    std::atomic<int> calls{0};
+    runInTeam(threads, [&] { runInTeam(threads, [&] { ++calls; }); });
+    EXPECT_EQ(calls, 1) << threads;
+    EXPECT_THROW(runInTeam(threads, [] { throw std::runtime_error("of the body"); }), std::runtime_error);
+    EXPECT_EQ(visits(10, 1, threads), std::vector<int>(10, 1)); // and all is as before
+  }
 }
 
 TEST(ForEachInParallel, OneThreadKeepsTheOrder)

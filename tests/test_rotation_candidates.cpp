@@ -172,17 +172,42 @@ TEST(RotationCandidates, NothingWithoutPairs)
   }
 }
 
-TEST(RotationCandidates, RepeatsItself)
+TEST(RotationCandidates, RepeatsItselfWithAnyNumberOfThreads)
 {
   testing::Random random(5);
   const std::vector<MainNormal> source = makeManhattan();
   const std::vector<MainNormal> target = rotated(source, testing::randomRotation(random));
   RotationOptions options;
   options.merge_angle = 0.05;
-  const auto first = proposeRotations(source, target, options), second = proposeRotations(source, target, options);
-  ASSERT_EQ(first.size(), second.size());
-  for (std::size_t i = 0; i < first.size(); ++i)
-    EXPECT_EQ(first[i].R_target_source, second[i].R_target_source);
+  for (const double merge_angle : {0.0, 0.05}) {
+    options.merge_angle = merge_angle;
+    const auto first = proposeRotations(source, target, options);
+    for (const unsigned threads : {1U, 2U, 7U}) {
+      const auto again = proposeRotations(source, target, options, threads);
+      ASSERT_EQ(first.size(), again.size());
+      for (std::size_t i = 0; i < first.size(); ++i) {
+        EXPECT_EQ(first[i].R_target_source, again[i].R_target_source);
+        EXPECT_EQ(first[i].source_pair, again[i].source_pair);
+        EXPECT_EQ(first[i].target_pair, again[i].target_pair);
+        EXPECT_EQ(first[i].support, again[i].support);
+      }
+    }
+  }
+}
+
+TEST(HasPair, LooksAtEveryTwo)
+{
+  const auto at = [](double degrees) {
+    const double angle = degrees * 3.14159265358979 / 180;
+    return MainNormal{Eigen::Vector3d(std::cos(angle), std::sin(angle), 0), 1};
+  };
+  const RotationOptions options; // |cos| below 0.9: 26 degrees and more apart
+  EXPECT_FALSE(hasPair({}, options));
+  EXPECT_FALSE(hasPair({at(0)}, options));
+  EXPECT_FALSE(hasPair({at(0), at(20)}, options));
+  EXPECT_FALSE(hasPair({at(0), at(180), at(170)}, options)); // opposite ones are parallel
+  EXPECT_TRUE(hasPair({at(0), at(90)}, options));
+  EXPECT_TRUE(hasPair({at(0), at(25), at(-25)}, options)); // neither with the first
 }
 
 TEST(SweepRotations, GoesAllAroundTheSharedAxis)

@@ -41,11 +41,15 @@ struct RotationDeviation {
   double strength = 0; ///< information about it relative to the best determined turn, [0, 1]
 };
 
-/** \brief The turn that informationMatrix() tells least about, whatever the place; the same for every origin. The
- * parameters are those of informationMatrix().
+/** \brief The turn that informationMatrix() and a prior together tell least about, whatever the place; the same for
+ * every origin. The parameters are those of informationMatrix(). \param[in] prior information that is known of the
+ * rotation otherwise, target frame [1/rad^2], symmetric and >= 0
  */
 RotationDeviation
-largestRotationDeviation(const Refinement& refinement, double noise_floor, double samples_per_patch);
+largestRotationDeviation(const Refinement& refinement,
+                         double noise_floor,
+                         double samples_per_patch,
+                         const Eigen::Matrix3d& prior = Eigen::Matrix3d::Zero());
 
 /// A small motion of the source about Refinement::centre: rotation [rad], then translation [m].
 using SmallMotion = Eigen::Matrix<double, 6, 1>;

@@ -93,7 +93,12 @@ struct Options {
 /// More threads than this are an error: a system that refuses to start them would end the process.
 constexpr unsigned kMaxThreads = 1024;
 
-/// Threads to use, >= 1: Options::threads, or all that the machine has.
+/// The number of threads, >= 1, that \p requested stands for. 0: as many as OMP_NUM_THREADS allows (or
+/// omp_set_num_threads()), at most one a processor that this process may use.
+unsigned
+threadCount(unsigned requested);
+
+/// The same for Options::threads.
 unsigned
 threadCount(const Options& options);
 

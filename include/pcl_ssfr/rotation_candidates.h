@@ -28,6 +28,10 @@ struct RotationCandidate {
                       ///< normalised to sum 1; ranks merged candidates, [0, 1]
 };
 
+/// Whether some two of the main normals form a pair (RotationOptions::max_abs_cos): else they tell no rotation.
+bool
+hasPair(const std::vector<MainNormal>& normals, const RotationOptions& options);
+
 /** \brief The rotation that best maps two source directions onto two target directions (METHOD stage 8).
  * Least squares over the two unit vectors; always proper (det = +1).
  */

@@ -47,6 +47,10 @@ struct ThinnedCloud {
   }
 };
 
+/// Points farther than this from the origin along an axis are not used: their voxels have no Morton code [m].
+double
+thinningReach(double leaf);
+
 /** \brief Thin a scan to one averaged point a voxel of edge \p leaf [m] > 0, relative to \p origin.
  *
  * Points farther than \p max_distance [m] from the origin along any axis are dropped (0: no bound); so is whatever

@@ -53,10 +53,6 @@ dropOutOfRange(pcl::Indices& indices, std::size_t size);
 bool
 isEveryPointInOrder(const pcl::Indices& indices, std::size_t size);
 
-/// The number of threads that \p requested stands for (0: all processors).
-int
-threadCount(unsigned requested);
-
 /// Median of \p values (the upper one of an even number); 0 when empty.
 float
 median(std::vector<float> values);

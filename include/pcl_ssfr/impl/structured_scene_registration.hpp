@@ -650,7 +650,7 @@ StructuredSceneRegistration<PointSource, PointTarget, Scalar>::findCorrespondenc
   std::vector<float> squared_distances(indices_->size(), 0.0F);
   const float squared_radius = radius * radius;
 #ifdef _OPENMP
-#pragma omp parallel num_threads(detail::threadCount(options_.threads))
+#pragma omp parallel num_threads(static_cast <int>(threadCount(options_)))
 #endif
   {
     pcl::Indices neighbor(1);

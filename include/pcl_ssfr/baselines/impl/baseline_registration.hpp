@@ -110,7 +110,7 @@ template <typename PointSource, typename PointTarget, typename Scalar>
 unsigned
 BaselineRegistration<PointSource, PointTarget, Scalar>::threads() const
 {
-  return static_cast<unsigned>(std::max(pcl_ssfr::detail::threadCount(threads_), 1));
+  return pcl_ssfr::threadCount(threads_);
 }
 
 template <typename PointSource, typename PointTarget, typename Scalar>
