@@ -323,6 +323,7 @@ private:
     options.match = visibility(reach, angle).match;
     options.final_distance = final_distance * scale_ * noise_;
     options.steps = steps;
+    options.deadline = deadline_;
     return options;
   }
 
@@ -417,6 +418,7 @@ private:
     search.peak_separation = kDistinctDistance * scale_;
     search.step = kSearchStep * scale_;
     search.visibility = visibility(kFreeMargin, kLooseNormals);
+    search.deadline = deadline_;
     return search;
   }
 

@@ -501,6 +501,8 @@ searchTranslations(const OrientedSamples& source,
   int best_screened = options.rival_votes / static_cast<int>(kScreeningStride);
   for (const ShiftPeak& a : first)
     for (const ShiftPeak& b : second) {
+      if (options.deadline.hasPassed())
+        break;
       const ShiftLine line{composeShifts(axes, {a.shift, b.shift, shift_low}).cast<float>(),
                            (axes.col(2) * options.step).cast<float>(),
                            shifts};

@@ -118,7 +118,9 @@ refine(const Eigen::Isometry3d& T_start,
     const Eigen::Isometry3d delta = Eigen::Translation3d(centre) * expSe3(motion) * Eigen::Translation3d(-centre);
     result.T_target_source = delta * result.T_target_source;
     moved += kLeverArm * motion.head<3>().norm() + motion.tail<3>().norm();
-    if (f >= 1 && motion.head<3>().norm() < options.min_step && motion.tail<3>().norm() < options.min_step)
+    const bool has_settled =
+        f >= 1 && motion.head<3>().norm() < options.min_step && motion.tail<3>().norm() < options.min_step;
+    if (has_settled || options.deadline.hasPassed())
       break;
   }
   result.T_target_source.linear() = Eigen::Quaterniond(result.T_target_source.linear()).normalized().toRotationMatrix();

@@ -278,6 +278,17 @@ TEST_F(PoseSearch, SampleInTheSensorIsNoDirection)
   EXPECT_LE(found.size(), 24U);
 }
 
+TEST_F(PoseSearch, NothingMoreIsLookedAtWhenTimeHasRunOut)
+{
+  for (const bool little_overlap : {false, true}) {
+    PoseSearchOptions options;
+    options.little_overlap = little_overlap;
+    EXPECT_FALSE(search(truth_.linear(), options).empty());
+    options.deadline = Deadline::after(1e-9);
+    EXPECT_TRUE(search(truth_.linear(), options).empty());
+  }
+}
+
 TEST_F(PoseSearch, EmptyInput)
 {
   const OrientedSamples none;

@@ -105,6 +105,17 @@ TEST_F(RefinementOfTheRoom, PatchesRecoverASmallMotion)
   }
 }
 
+TEST_F(RefinementOfTheRoom, EndsAfterTheStepInWhichTimeRanOut)
+{
+  const Eigen::Isometry3d start = smallMotion(0.02, Eigen::Vector3d::UnitZ(), Eigen::Vector3d(0.05, 0, 0)) * truth_;
+  RefinementOptions late = options();
+  late.deadline = Deadline::after(1e-9);
+  const Refinement ended = refinePatches(source_.patches, target_.index, start, late);
+  EXPECT_EQ(ended.steps, 1);
+  EXPECT_GT(ended.matches, 0);
+  EXPECT_TRUE(testing::isRigid(ended.T_target_source, 1e-9));
+}
+
 TEST_F(RefinementOfTheRoom, MutualPolishRecoversASmallMotion)
 {
   testing::Random random(4);

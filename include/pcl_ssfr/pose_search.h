@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <pcl_ssfr/deadline.h>
 #include <pcl_ssfr/rotation_candidates.h>
 #include <pcl_ssfr/translation.h>
 #include <pcl_ssfr/visibility_score.h>
@@ -37,6 +38,7 @@ struct PoseSearchOptions {
   /// seen in common far from both sensors lies off it as soon as the rotation is.
   bool little_overlap = false;
   VisibilityOptions visibility;
+  Deadline deadline;                 ///< when it has passed no further line of shifts is looked at
   std::optional<ShiftWindow> window; ///< none: every translation
 };
 

@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <pcl_ssfr/deadline.h>
 #include <pcl_ssfr/patch_index.h>
 #include <pcl_ssfr/planar_patches.h>
 
@@ -17,6 +18,7 @@ struct RefinementOptions {
   int steps = 8;                ///< >= 1
   double min_step = 1e-5;       ///< stop when a step at the final distance is smaller ([m] and [rad])
   int threads = 1;              ///< of refineMutual(), >= 1; the bits do not depend on it
+  Deadline deadline;            ///< no further step when it has passed; one is always made
 };
 
 /// A refined pose and the linear system of its last step.
