@@ -261,10 +261,7 @@ printRatios(const Settings& settings, const Options& options)
       return median(values);
     };
     const auto solved = std::count_if(times.begin(), times.end(), [](const PairTimes& t) { return t.solved; });
-    char paper[32];
-    std::snprintf(
-        paper, sizeof(paper), "%.1f", over_pairs([](const PairTimes& t) { return t.paper / t.registration; }));
-    std::printf("| %s | %zu (%d) | %.0f | %.3f | %.3f | %.2f | %.2f | %.2f | %.4f | %.4f | %.2f | %.2f | %s |\n",
+    std::printf("| %s | %zu (%d) | %.0f | %.3f | %.3f | %.2f | %.2f | %.2f | %.4f | %.4f | %.2f | %.2f | ",
                 folderName(folder).c_str(),
                 times.size(),
                 static_cast<int>(solved),
@@ -277,8 +274,11 @@ printRatios(const Settings& settings, const Options& options)
                 over_pairs([](const PairTimes& t) { return t.registration / t.icp_10; }),
                 over_pairs([](const PairTimes& t) { return t.icp_50 > 0 ? t.registration / t.icp_50 : 0.0; }),
                 over_pairs([](const PairTimes& t) { return t.unavoidable > 0 ? t.one_thread / t.unavoidable : 0.0; }),
-                over_pairs([](const PairTimes& t) { return t.one_thread / t.registration; }),
-                settings.with_paper ? paper : "-");
+                over_pairs([](const PairTimes& t) { return t.one_thread / t.registration; }));
+    if (settings.with_paper)
+      std::printf("%.1f |\n", over_pairs([](const PairTimes& t) { return t.paper / t.registration; }));
+    else
+      std::printf("- |\n");
     std::fflush(stdout);
   }
 }

@@ -58,15 +58,17 @@ prepareScan(const ScanView& scan, const Options& options, const Deadline& deadli
   validate(options);
   auto data = std::make_shared<PreparedData>();
   data->profile = options.profile;
-  // The paper takes the sensor to be at the origin: its profile believes the viewpoint unless told otherwise.
-  if (options.profile == Profile::Paper2017)
-    data->paper = preparePaperScan(scan,
-                                   options,
-                                   options.viewpoint_mode == ViewpointMode::Auto ||
-                                       options.viewpoint_mode == ViewpointMode::SensorOrigin,
-                                   deadline);
-  else
-    data->patches = preparePatchScan(scan, options, deadline);
+  runInTeam(static_cast<int>(threadCount(options)), [&] {
+    // The paper takes the sensor to be at the origin: its profile believes the viewpoint unless told otherwise.
+    if (options.profile == Profile::Paper2017)
+      data->paper = preparePaperScan(scan,
+                                     options,
+                                     options.viewpoint_mode == ViewpointMode::Auto ||
+                                         options.viewpoint_mode == ViewpointMode::SensorOrigin,
+                                     deadline);
+    else
+      data->patches = preparePatchScan(scan, options, deadline);
+  });
   return PreparedScan(std::move(data));
 }
 

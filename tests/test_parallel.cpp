@@ -50,11 +50,12 @@ bool
 isHelpedWith(std::int64_t count)
 {
   std::atomic<bool> has_helper{false};
+  std::atomic<int> patience{1000}; // [ms] of all iterations together
   const std::thread::id own = std::this_thread::get_id();
   forEachInParallel(count, 1, 2, [&](std::int64_t) {
     if (std::this_thread::get_id() != own)
       has_helper = true;
-    for (int wait = 0; wait < 1000 && !has_helper; ++wait)
+    while (!has_helper && patience-- > 0)
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
   });
   return has_helper;

@@ -2,12 +2,13 @@
 // Copyright (c) 2026, pcl_ssfr contributors
 
 #include "go_icp_branch_and_bound.h"
+#include "parallel.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <exception>
+#include <cstdint>
 #include <limits>
 #include <queue>
 
@@ -126,27 +127,6 @@ struct Trial {
   InnerResult upper; ///< at the centre of the cube
   InnerResult lower; ///< for all of the cube
 };
-
-/// Call \p work for 0 to \p count - 1, on several threads; an exception of one of them is thrown in the end.
-template <typename Work>
-void
-forEach(std::size_t count, int workers, const Work& work)
-{
-  const auto end = static_cast<std::ptrdiff_t>(count);
-  std::exception_ptr failure; // out of memory
-#pragma omp parallel for num_threads(workers) schedule(dynamic, 1) if (workers > 1)
-  for (std::ptrdiff_t i = 0; i < end; ++i) {
-    try {
-      work(static_cast<std::size_t>(i));
-    }
-    catch (...) {
-#pragma omp critical(pcl_ssfr_go_icp_failure)
-      failure = std::current_exception();
-    }
-  }
-  if (failure)
-    std::rethrow_exception(failure);
-}
 
 /// The outer search, over rotations.
 class RotationSearch {
@@ -280,7 +260,8 @@ private:
       std::array<InnerResult, kChildren> found;
       std::array<Eigen::Isometry3d, kChildren> poses;
       std::array<double, kChildren> errors{};
-      forEach(count, workers_, [&](std::size_t i) {
+      forEachInParallel(static_cast<std::int64_t>(count), 1, workers_, [&](std::int64_t k) {
+        const auto i = static_cast<std::size_t>(k);
         found[i] = search(cubes[begin + i], false, task);
         poses[i] = poseOf(angleAxisRotation(cubes[begin + i].centre), found[i].translation);
         errors[i] = problem_.icp(poses[i], limits_.icp_iterations, kRoughProgress);
@@ -347,7 +328,8 @@ private:
     lower_task.stop_below = lower_task.prune_above; // then the cube has to be split, however low its bound is
     lower_task.tolerance = kInnerTolerance * limits_.tolerance;
     lower_task.centre = GoIcpProblem::Centre::AtMost;
-    forEach(2 * trials.size(), workers_, [&](std::size_t i) {
+    forEachInParallel(static_cast<std::int64_t>(2 * trials.size()), 1, workers_, [&](std::int64_t k) {
+      const auto i = static_cast<std::size_t>(k);
       Trial& trial = trials[i / 2];
       if (i % 2 == 0)
         trial.upper = search(trial.cube, false, upper_task);

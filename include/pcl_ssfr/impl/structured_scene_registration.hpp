@@ -649,8 +649,9 @@ StructuredSceneRegistration<PointSource, PointTarget, Scalar>::findCorrespondenc
   std::vector<pcl::index_t> matches(indices_->size(), pcl::UNAVAILABLE);
   std::vector<float> squared_distances(indices_->size(), 0.0F);
   const float squared_radius = radius * radius;
+  [[maybe_unused]] const auto threads = static_cast<int>(threadCount(options_)); // not every user compiles for OpenMP
 #ifdef _OPENMP
-#pragma omp parallel num_threads(static_cast <int>(threadCount(options_)))
+#pragma omp parallel num_threads(threads)
 #endif
   {
     pcl::Indices neighbor(1);
