@@ -4,6 +4,7 @@
 #include <apps/chart.h>
 #include <apps/view/sphere_drawing.h>
 
+#include <pcl_ssfr/options.h>
 #include <pcl_ssfr/range_image.h>
 
 #include <algorithm>
@@ -140,7 +141,8 @@ drawSphere(cairo_surface_t* surface,
            bool upper,
            double x,
            double y,
-           double radius)
+           double radius,
+           unsigned threads)
 {
   constexpr int kCell = 2; // pixels share a value
   const DirectionSet directions = turned(sphere.directions, turn);
@@ -149,7 +151,8 @@ drawSphere(cairo_surface_t* surface,
     highest = std::max(highest, densityAt(directions, turn * region.peak, sphere.radius));
   const int half = static_cast<int>(radius) / kCell;
   std::vector<double> values(static_cast<std::size_t>((2 * half + 1) * (2 * half + 1)), -1);
-#pragma omp parallel for schedule(dynamic, 4)
+  [[maybe_unused]] const auto team = static_cast<int>(threadCount(threads));
+#pragma omp parallel for schedule(dynamic, 4) num_threads(team)
   for (int row = -half; row <= half; ++row)
     for (int column = -half; column <= half; ++column) {
       const Eigen::Vector2d place(column * kCell / radius, -row * kCell / radius);

@@ -13,7 +13,7 @@ namespace apps {
 
 /** \brief Half of a Gaussian sphere as a disc, as seen from above, areas kept (Lambert's projection): the density of
  * the directions and the densest regions. \param[in] turn takes directions of the scan into the frame of the picture, z
- * up
+ * up \param[in] threads 0: all processors
  */
 void
 drawSphere(cairo_surface_t* surface,
@@ -23,7 +23,8 @@ drawSphere(cairo_surface_t* surface,
            bool upper,
            double x,
            double y,
-           double radius);
+           double radius,
+           unsigned threads);
 
 /// A numbered direction on such a disc, where it lies on this half.
 void

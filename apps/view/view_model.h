@@ -170,6 +170,13 @@ public:
     return run_.target.offset + target_.origin;
   }
 
+  /// Of the caller: 0 is all processors.
+  unsigned
+  threads() const
+  {
+    return options_.threads;
+  }
+
 private:
   void
   addPoses();

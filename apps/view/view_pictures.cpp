@@ -580,7 +580,7 @@ private:
       for (const bool upper : {true, false}) {
         const double x = kMargin + kRadius + (upper ? 0 : 2 * kRadius + 34);
         const double y = top + 44 + kRadius;
-        drawSphere(sheet.surface(), context, spheres[s], turns[s], upper, x, y, kRadius);
+        drawSphere(sheet.surface(), context, spheres[s], turns[s], upper, x, y, kRadius, model_.threads());
         for (std::size_t i = spheres[1 - s].main_normals.size(); i-- > 0;)
           drawSphereMark(context,
                          turns[1 - s] * spheres[1 - s].main_normals[i].direction,
