@@ -55,10 +55,21 @@ parseGravity(const std::string& text)
   return up.normalized();
 }
 
+constexpr double kDegree = 3.14159265358979323846 / 180;
+
+/// [rad]
+double
+parseGravityTolerance(const std::string& text)
+{
+  const double degrees = parseNumbers("--gravity-tolerance", text, 1, "one number")[0];
+  if (!(degrees > 0 && degrees <= 180))
+    throw UsageError("--gravity-tolerance: " + io::inQuotes(text) + " is not in (0, 180] degrees");
+  return degrees * kDegree;
+}
+
 GuessTolerance
 parseGuessTolerance(const std::string& text)
 {
-  constexpr double kDegree = 3.14159265358979323846 / 180;
   const std::vector<double> values = parseNumbers("--guess-tolerance", text, 2, "DEG,M");
   if (!(values[0] > 0 && values[0] <= 180 && values[1] > 0 && std::isfinite(values[1])))
     throw UsageError("--guess-tolerance: " + io::inQuotes(text) +
@@ -115,7 +126,12 @@ chooseOptions(const po::variables_map& values, Profile profile)
   if (values.count("gravity")) {
     GravityPrior gravity;
     gravity.up_source = gravity.up_target = parseGravity(values["gravity"].as<std::string>());
+    if (values.count("gravity-tolerance"))
+      gravity.tolerance = parseGravityTolerance(values["gravity-tolerance"].as<std::string>());
     options.gravity = gravity;
+  }
+  else if (values.count("gravity-tolerance")) {
+    throw UsageError("--gravity-tolerance needs --gravity");
   }
   if (values.count("guess-tolerance"))
     options.guess_tolerance = parseGuessTolerance(values["guess-tolerance"].as<std::string>());
@@ -165,10 +181,14 @@ addMethodOptions(po::options_description& all)
       "for it in the points where it is not; sensor: it is; unknown: it is not (merged or moved clouds); unused: do "
       "without")("gravity",
                  po::value<std::string>()->value_name("X,Y,Z"),
-                 "up direction in both scans, when it is known: only poses that keep it are considered")(
-      "refine",
-      "polish the pose on the "
-      "points (the default)")("no-refine", "leave the pose as the histograms give it");
+                 "up direction in both scans, when it is known: only poses that keep it are considered, and it tells "
+                 "the tilt where the scans do not")(
+      "gravity-tolerance",
+      po::value<std::string>()->value_name("DEG"),
+      "how far it may be wrong, in degrees: three standard deviations (default: 5)")("refine",
+                                                                                     "polish the pose on the "
+                                                                                     "points (the default)")(
+      "no-refine", "leave the pose as the histograms give it");
 
   const auto from_data = [](double value) { return value > 0 ? std::to_string(value) : std::string("from the scans"); };
   po::options_description scales("Scales, in metres; all follow from the scans when they are not given", kHelpWidth);

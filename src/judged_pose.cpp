@@ -4,6 +4,7 @@
 #include "judged_pose.h"
 
 #include "patch_constants.h"
+#include "rotation_math.h"
 
 #include <Eigen/Eigenvalues>
 
@@ -45,7 +46,7 @@ shiftBetween(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b, const Eigen
 double
 turnBetween(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b)
 {
-  return Eigen::AngleAxisd(a.linear().transpose() * b.linear()).angle();
+  return angleBetween(a.linear(), b.linear());
 }
 
 Candidate

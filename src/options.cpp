@@ -3,6 +3,8 @@
 
 #include <pcl_ssfr/options.h>
 
+#include "rotation_math.h"
+
 #include <omp.h>
 
 #include <algorithm>
@@ -15,7 +17,6 @@ namespace pcl_ssfr {
 
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 /// A vector is a unit vector when its norm is this near to 1.
 constexpr double kUnitTolerance = 1e-3;
 /// Finest grid that a Morton code of 21 bits an axis can hold.

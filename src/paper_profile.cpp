@@ -5,6 +5,7 @@
 #include <pcl_ssfr/paper_profile.h>
 
 #include "parallel.h"
+#include "rotation_math.h"
 #include "stage_clock.h"
 #include "voxel_sampling.h"
 
@@ -18,7 +19,6 @@ namespace pcl_ssfr {
 
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kDegree = kPi / 180;
 
 /// Fewest samples with a normal that a scan must have.
@@ -55,19 +55,6 @@ deriveLcpLeaf(double normal_radius)
 {
   const double share = (normal_radius - kRoomRadius) / (kVehicleRadius - kRoomRadius);
   return kRoomLcpLeaf + std::clamp(share, 0.0, 1.0) * (kVehicleLcpLeaf - kRoomLcpLeaf);
-}
-
-double
-rotationAngle(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b)
-{
-  return std::acos(std::clamp(((a.transpose() * b).trace() - 1) / 2, -1.0, 1.0));
-}
-
-bool
-agreesWithGravity(const Eigen::Matrix3d& R, const GravityPrior& gravity)
-{
-  const Eigen::Vector3d up = R * gravity.up_source.normalized();
-  return std::acos(std::clamp(up.dot(gravity.up_target.normalized()), -1.0, 1.0)) <= gravity.tolerance;
 }
 
 /// A pose between the centred scans with all that stages 9 to 12 found.
@@ -174,7 +161,8 @@ PaperRegistration::findRotations()
     rotations.erase(std::remove_if(rotations.begin(),
                                    rotations.end(),
                                    [&](const RotationCandidate& candidate) {
-                                     return !agreesWithGravity(candidate.R_target_source, *options_.gravity);
+                                     return !keepsVertical(
+                                         candidate.R_target_source, *options_.gravity, options_.gravity->tolerance);
                                    }),
                     rotations.end());
   addStage("rotation_candidates",
@@ -326,7 +314,7 @@ PaperRegistration::report(const std::vector<ScoredPose>& ranked)
     if (static_cast<int>(distinct.size()) >= std::max(options_.max_candidates, 2))
       break;
     const bool known = std::any_of(distinct.begin(), distinct.end(), [&](const ScoredPose& kept) {
-      return rotationAngle(kept.pose.linear(), pose.pose.linear()) < kDistinctAngle &&
+      return angleBetween(kept.pose.linear(), pose.pose.linear()) < kDistinctAngle &&
              (kept.pose.translation() - pose.pose.translation()).norm() < kDistinctShift;
     });
     if (known)
@@ -390,7 +378,8 @@ PaperRegistration::run(const Eigen::Isometry3d* guess)
   const auto byScore = [](const ScoredPose& a, const ScoredPose& b) { return a.score > b.score; };
   std::stable_sort(ranked.begin(), ranked.end(), byScore);
   runFinePass(ranked); // stage 13
-  const bool judges_guess = guess && !(options_.gravity && !agreesWithGravity(guess->linear(), *options_.gravity));
+  const bool judges_guess =
+      guess && !(options_.gravity && !keepsVertical(guess->linear(), *options_.gravity, options_.gravity->tolerance));
   if (judges_guess) {
     ScoredPose candidate;
     candidate.pose = *guess;

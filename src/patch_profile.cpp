@@ -9,6 +9,7 @@
 #include "judged_pose.h"
 #include "parallel.h"
 #include "patch_constants.h"
+#include "rotation_math.h"
 #include "stage_clock.h"
 
 #include <algorithm>
@@ -22,8 +23,6 @@
 namespace pcl_ssfr {
 
 namespace {
-
-constexpr double kPi = 3.14159265358979323846;
 
 // Lengths at scale 1 [m]; the scale of the scene multiplies them.
 constexpr double kBinWidth = 0.1;         // of the histograms along an axis
@@ -50,6 +49,8 @@ constexpr double kNormals = 0.35;     // ... after the fine refinement ...
 constexpr double kDistinctAngle = 0.05;
 constexpr double kLeastDeviation = 1e-4; // of a prior
 constexpr double kGravityMargin = 0.01;  // of refined poses beyond the tolerance of the prior: noise of scans and prior
+constexpr double kToleranceDeviations = 3; // standard deviations of a given vertical that its tolerance stands for
+constexpr double kOptimism = 5;            // times the deviation that matches claim, they err where they tell little
 
 constexpr double kRoundShare = 0.3; // of the surface that faces across an axis for the scene to be round about it ...
 constexpr double kRoundFullShare = 0.6; // ... and of that, so much at most in the fullest third of all directions
@@ -79,14 +80,6 @@ withGravity(std::vector<MainNormal> main_normals, const Eigen::Vector3d& up)
   }
   main_normals.push_back({up, heaviest});
   return main_normals;
-}
-
-/// Whether a rotation maps one vertical onto the other within \p tolerance [rad].
-bool
-keepsVertical(const Eigen::Matrix3d& R_target_source, const GravityPrior& gravity, double tolerance)
-{
-  const Eigen::Vector3d up = R_target_source * gravity.up_source;
-  return std::atan2(up.cross(gravity.up_target).norm(), up.dot(gravity.up_target)) <= tolerance;
 }
 
 /// Whether surface faces all ways around \p axis: then its main normals across the axis are arbitrary.
@@ -324,7 +317,16 @@ private:
     options.final_distance = final_distance * scale_ * noise_;
     options.steps = steps;
     options.deadline = deadline_;
+    if (options_.gravity)
+      options.vertical = KnownVertical{options_.gravity->up_source, options_.gravity->up_target, tiltDeviation()};
     return options;
+  }
+
+  /// Standard deviation of the given vertical beside what the matches claim of theirs [rad].
+  double
+  tiltDeviation() const
+  {
+    return std::max(options_.gravity->tolerance / (kToleranceDeviations * kOptimism), kLeastDeviation);
   }
 
   static const RangeImage*
@@ -544,8 +546,7 @@ private:
   bool
   isNearGuess(const Eigen::Matrix3d& R_target_source, double margin) const
   {
-    return !prior_ || Eigen::AngleAxisd(prior_->linear().transpose() * R_target_source).angle() <=
-                          options_.guess_tolerance->rotation + margin;
+    return !prior_ || angleBetween(prior_->linear(), R_target_source) <= options_.guess_tolerance->rotation + margin;
   }
 
   /// Drop the poses outside of the tolerance of the guess, widened by some margins [rad], [m].
@@ -755,6 +756,8 @@ private:
     RefinementOptions options = refinement(kPolishReach, kPolishFinal, kNormals, options_.max_refinement_steps);
     options.match.lateral = static_cast<float>(kPolishLateral * scale_);
     options.threads = threads_;
+    if (options.vertical) // the errors of points on one patch are not independent
+      options.vertical->deviation /= std::sqrt(kPolishPointsAPatch);
     const auto run = [&] {
       return refineMutual(
           source_.surface, source_.fine_index, target_.surface, target_.fine_index, pose.T_target_source, options);
@@ -836,8 +839,8 @@ private:
     return decision.equals;
   }
 
-  /// What the priors tell of the rotation: a guess as much as its tolerance says; who gives a vertical asks for four
-  /// degrees of freedom, and the tilt is not in question.
+  /// What the priors tell of the rotation, beside what the matches claim: a guess as much as its tolerance says, a
+  /// vertical as much as it has told the refinements.
   Eigen::Matrix3d
   rotationPrior() const
   {
@@ -847,7 +850,7 @@ private:
       prior += information(options_.guess_tolerance->rotation) * Eigen::Matrix3d::Identity();
     if (options_.gravity) {
       const Eigen::Vector3d up = options_.gravity->up_target.normalized();
-      prior += information(0) * (Eigen::Matrix3d::Identity() - up * up.transpose());
+      prior += information(tiltDeviation()) * (Eigen::Matrix3d::Identity() - up * up.transpose());
     }
     return prior;
   }

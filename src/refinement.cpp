@@ -17,6 +17,7 @@ namespace {
 
 constexpr double kKeptMatches = 0.02; // of the final distance: motion of the pose that leaves the matches as they are
 constexpr double kLeverArm = 5;       // [m] makes rotations and translations comparable in the eigenvalue test
+constexpr double kLeastRms = 0.01;    // of the final distance: what matches are good to, at best
 
 /// What a step of a refinement starts from.
 struct Step {
@@ -79,6 +80,22 @@ forEachMeeting(const Columns& points,
   }
 }
 
+/// Add what the vertical tells of the tilt, in the unit of the matches: their mean weight over the square of their
+/// distances is what one of them tells of its distance.
+void
+addVertical(const KnownVertical& vertical,
+            const Eigen::Matrix3d& R_target_source,
+            double least_rms,
+            PlaneEquations& equations)
+{
+  const double mean_weight = equations.weight / static_cast<double>(equations.matches);
+  const double square = std::max(equations.squares / equations.weight, least_rms * least_rms);
+  const double information = mean_weight * square / (vertical.deviation * vertical.deviation);
+  const Eigen::Vector3d up = R_target_source * vertical.up_source;
+  equations.hessian.topLeftCorner<3, 3>() += information * (Eigen::Matrix3d::Identity() - up * up.transpose());
+  equations.gradient.head<3>() -= information * up.cross(vertical.up_target);
+}
+
 /// The loop that both refinements share; \p accumulate(step, equations) adds the matches.
 template <typename Accumulate>
 Refinement
@@ -114,6 +131,8 @@ refine(const Eigen::Isometry3d& T_start,
     result.rms = equations.weight > 0 ? std::sqrt(equations.squares / equations.weight) : 0;
     if (equations.matches < 3)
       break;
+    if (options.vertical)
+      addVertical(*options.vertical, result.T_target_source.linear(), kLeastRms * last, equations);
     const Eigen::Matrix<double, 6, 1> motion = equations.solve(kLeverArm);
     const Eigen::Isometry3d delta = Eigen::Translation3d(centre) * expSe3(motion) * Eigen::Translation3d(-centre);
     result.T_target_source = delta * result.T_target_source;

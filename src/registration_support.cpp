@@ -3,9 +3,9 @@
 
 #include <pcl_ssfr/impl/registration_support.h>
 
-#include <pcl/console/print.h>
+#include "rotation_math.h"
 
-#include <Eigen/SVD>
+#include <pcl/console/print.h>
 
 #include <algorithm>
 #include <cmath>
@@ -16,16 +16,6 @@ namespace pcl_ssfr::detail {
 namespace {
 
 constexpr double kMaxDeviationFromRigid = 1e-2; ///< largest entry of R^T R - I that still counts as rounding
-
-/// The rotation nearest to \p matrix in the Frobenius norm (Kabsch).
-Eigen::Matrix3d
-nearestRotation(const Eigen::Matrix3d& matrix)
-{
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(matrix, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Eigen::Vector3d signs = Eigen::Vector3d::Ones();
-  signs.z() = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1.0 : 1.0;
-  return svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
-}
 
 } // namespace
 

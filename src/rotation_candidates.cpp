@@ -4,10 +4,10 @@
 #include <pcl_ssfr/rotation_candidates.h>
 
 #include "parallel.h"
+#include "rotation_math.h"
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
-#include <Eigen/SVD>
 
 #include <algorithm>
 #include <cmath>
@@ -16,8 +16,6 @@
 namespace pcl_ssfr {
 
 namespace {
-
-constexpr double kPi = 3.14159265358979323846;
 
 /// How often a merged rotation is matched and fitted again.
 constexpr int kRefitSteps = 2;
@@ -41,16 +39,6 @@ double
 cosineBetween(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b)
 {
   return (a.cwiseProduct(b).sum() - 1) / 2; // trace(a^T b) = 1 + 2 cos
-}
-
-/// The rotation R that maximises trace(R^T M) for M = sum of w target source^T.
-Eigen::Matrix3d
-nearestRotation(const Eigen::Matrix3d& correlation)
-{
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(correlation, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Eigen::Vector3d signs = Eigen::Vector3d::Ones();
-  signs[2] = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1;
-  return svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
 }
 
 /// Supports of a scan, normalised to sum 1.

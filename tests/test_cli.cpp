@@ -81,6 +81,7 @@ TEST(AlignOptions, everythingCanBeSet)
                                 "--viewpoint",
                                 "unknown",
                                 "--gravity=0,-2,0",
+                                "--gravity-tolerance=2.5",
                                 "--no-refine",
                                 "--threads",
                                 "3",
@@ -103,6 +104,7 @@ TEST(AlignOptions, everythingCanBeSet)
   EXPECT_FALSE(arguments.options.refine);
   ASSERT_TRUE(arguments.options.gravity);
   EXPECT_EQ(arguments.options.gravity->up_source, -Eigen::Vector3d::UnitY());
+  EXPECT_NEAR(arguments.options.gravity->tolerance, 0.0436332, 1e-6);
 }
 
 TEST(AlignOptions, methodAndProfileAgree)
@@ -137,6 +139,11 @@ TEST(AlignOptions, errorsNameWhatIsWrong)
   EXPECT_THAT(usageError({"s.pcd", "t.pcd", "--gravity", "0,0"}), HasSubstr("--gravity: '0,0'"));
   EXPECT_THAT(usageError({"s.pcd", "t.pcd", "--gravity", "0,0,up"}), HasSubstr("'up'"));
   EXPECT_THAT(usageError({"s.pcd", "t.pcd", "--gravity", "0,0,0"}), HasSubstr("not a direction"));
+  EXPECT_THAT(usageError({"s.pcd", "t.pcd", "--gravity-tolerance", "2"}), HasSubstr("needs --gravity"));
+  for (const char* degrees : {"0", "-1", "181", "nan"}) {
+    EXPECT_THAT(usageError({"s.pcd", "t.pcd", "--gravity", "0,0,1", std::string("--gravity-tolerance=") + degrees}),
+                HasSubstr("(0, 180] degrees"));
+  }
   const auto tolerance = [](const std::string& value) {
     return usageError({"s.pcd", "t.pcd", "--guess", "T.txt", "--guess-tolerance", value});
   };

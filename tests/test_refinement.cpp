@@ -275,6 +275,74 @@ TEST(RefinePatches, MotionsThatNothingBindsAreNotMoved)
   EXPECT_NEAR((refined.T_target_source * Eigen::Vector3d(0, 0, 0.1)).z(), 0, 1e-4);
 }
 
+/// A wall of patches in the plane x = 0.1: it does not tell the turn about x.
+PlanarPatches
+wallPatches()
+{
+  PlanarPatches wall;
+  for (const double y : {-2.0, 0.0, 2.0})
+    for (const double z : {-1.0, 1.0})
+      addPatch(wall, {Eigen::Vector3d(0.1, y, z), Eigen::Vector3d(0, 0.5, 0), Eigen::Vector3d(0, 0, 0.4)});
+  return wall;
+}
+
+TEST(KnownVertical, TellsTheTiltThatTheMatchesLeaveOpen)
+{
+  PlanarPatches target;
+  addPatch(target, {Eigen::Vector3d::Zero(), Eigen::Vector3d(0, 5, 0), Eigen::Vector3d(0, 0, 4)});
+  const PatchIndex index(target, 0.5);
+  const Eigen::Isometry3d start = smallMotion(0.04, Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(-0.05, 0, 0));
+  const auto tiltOf = [](const Refinement& refined) { return refined.T_target_source.linear()(2, 1); };
+  RefinementOptions given = options();
+  EXPECT_NEAR(tiltOf(refinePatches(wallPatches(), index, start, given)), std::sin(0.04), 1e-6);
+  given.vertical.emplace();
+  for (const double deviation : {1e-4, 0.01, 1.0}) {
+    given.vertical->deviation = deviation;
+    const Refinement refined = refinePatches(wallPatches(), index, start, given);
+    EXPECT_NEAR(tiltOf(refined), 0, 1e-4) << deviation;
+    EXPECT_NEAR((refined.T_target_source * Eigen::Vector3d(0.1, 0, 0)).x(), 0, 1e-4) << deviation;
+    // What is said of the matches does not come from the vertical.
+    EXPECT_LT(refined.hessian(0, 0), 1e-3 * refined.hessian(1, 1)) << deviation;
+  }
+  // Told upside down, it does not know where to turn to.
+  given.vertical->up_target = -Eigen::Vector3d::UnitZ();
+  const Refinement upside_down = refinePatches(wallPatches(), index, Eigen::Isometry3d::Identity(), given);
+  EXPECT_TRUE(upside_down.T_target_source.matrix().allFinite());
+}
+
+TEST_F(RefinementOfTheRoom, AKnownVerticalCountsAsMuchAsItIsGoodTo)
+{
+  // One that is 0.02 rad wrong, with matches that tell the tilt to some 1e-4 rad.
+  RefinementOptions given = options();
+  given.vertical.emplace();
+  given.vertical->up_source = T_world_source_.linear().row(2);
+  given.vertical->up_target =
+      (Eigen::AngleAxisd(0.02, T_world_target_.linear().row(0)) * T_world_target_.linear().row(2).transpose()).eval();
+  double last = 0;
+  for (const double deviation : {1.0, 0.02, 0.001, 1e-5, 1e-7}) {
+    given.vertical->deviation = deviation;
+    const Refinement patches = refinePatches(source_.patches, target_.index, truth_, given);
+    const Refinement points =
+        refineMutual(source_.surface, source_.index, target_.surface, target_.index, truth_, given);
+    for (const Refinement& refined : {patches, points}) {
+      const double error = Eigen::AngleAxisd(truth_.linear().transpose() * refined.T_target_source.linear()).angle();
+      EXPECT_LT(error, deviation >= 0.02 ? 0.001 : 0.022) << deviation;
+      EXPECT_GT(error, deviation <= 1e-7 ? 0.018 : 0) << deviation;
+    }
+    const double error = Eigen::AngleAxisd(truth_.linear().transpose() * points.T_target_source.linear()).angle();
+    EXPECT_GE(error, last - 1e-6) << deviation;
+    last = error;
+  }
+}
+
+TEST_F(RefinementOfTheRoom, AVerticalWithoutMatchesMovesNothing)
+{
+  const Eigen::Isometry3d away = truth_ * Eigen::Translation3d(100, 0, 0);
+  RefinementOptions given = options();
+  given.vertical.emplace();
+  EXPECT_THAT(refinePatches(source_.patches, target_.index, away, given).T_target_source, IsPoseNear(away, 1e-9, 1e-9));
+}
+
 TEST(RefinePatches, OnePlaneOfOnePatchIsTooFew)
 {
   PlanarPatches one;

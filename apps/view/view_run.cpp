@@ -46,6 +46,7 @@ methodOptionNames()
                                               "guess-tolerance",
                                               "viewpoint",
                                               "gravity",
+                                              "gravity-tolerance",
                                               "refine",
                                               "no-refine",
                                               "normal-radius",

@@ -35,7 +35,8 @@ enum class ViewpointMode {
 struct GravityPrior {
   Eigen::Vector3d up_source = Eigen::Vector3d::UnitZ(); ///< unit, source frame
   Eigen::Vector3d up_target = Eigen::Vector3d::UnitZ(); ///< unit, target frame
-  double tolerance = 0.0873; ///< rotations must map one onto the other within this [rad], (0, pi]
+  /// Rotations must map one onto the other within this [rad], (0, pi]: three standard deviations of what is given.
+  double tolerance = 0.0873;
 };
 
 /// Options of the paper's selection and fine pass (METHOD stages 12 and 13).

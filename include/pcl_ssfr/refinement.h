@@ -9,22 +9,35 @@
 
 #include <Eigen/Geometry>
 
+#include <optional>
+
 namespace pcl_ssfr {
+
+/// A vertical that is known in both scans: where the matches tell the tilt worse than it does, a refinement keeps it.
+struct KnownVertical {
+  Eigen::Vector3d up_source = Eigen::Vector3d::UnitZ(); ///< unit, source frame
+  Eigen::Vector3d up_target = Eigen::Vector3d::UnitZ(); ///< unit, target frame
+  /// Standard deviation of the tilt between them [rad], > 0, as if the distances of all matches erred independently:
+  /// the less they do, the smaller it is to be.
+  double deviation = 0.01;
+};
 
 /// Options of the robust plane-to-plane refinement (METHOD point 7).
 struct RefinementOptions {
-  PatchIndex::Tolerance match;  ///< of the first step; distances shrink from step to step
-  double final_distance = 0.05; ///< plane distance allowed in the last step [m], > 0
-  int steps = 8;                ///< >= 1
-  double min_step = 1e-5;       ///< stop when a step at the final distance is smaller ([m] and [rad])
-  int threads = 1;              ///< of refineMutual(), >= 1; the bits do not depend on it
-  Deadline deadline;            ///< no further step when it has passed; one is always made
+  PatchIndex::Tolerance match;           ///< of the first step; distances shrink from step to step
+  double final_distance = 0.05;          ///< plane distance allowed in the last step [m], > 0
+  int steps = 8;                         ///< >= 1
+  double min_step = 1e-5;                ///< stop when a step at the final distance is smaller ([m] and [rad])
+  int threads = 1;                       ///< of refineMutual(), >= 1; the bits do not depend on it
+  Deadline deadline;                     ///< no further step when it has passed; one is always made
+  std::optional<KnownVertical> vertical; ///< none: the matches alone tell the pose
 };
 
 /// A refined pose and the linear system of its last step.
 struct Refinement {
   Eigen::Isometry3d T_target_source = Eigen::Isometry3d::Identity();
-  /// Sum of weight J J^T with J = [p x n; n], p relative to \ref centre: rotation [rad], translation [m].
+  /// Sum of weight J J^T with J = [p x n; n], p relative to \ref centre: rotation [rad], translation [m]. Of the
+  /// matches alone: without a known vertical.
   Eigen::Matrix<double, 6, 6> hessian = Eigen::Matrix<double, 6, 6>::Zero();
   Eigen::Vector3d centre = Eigen::Vector3d::Zero(); ///< mean place of the source at the start, target frame [m]
   double weight = 0;                                ///< robust weight of all matches

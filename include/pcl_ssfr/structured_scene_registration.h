@@ -191,9 +191,11 @@ public:
   /// Use the clouds' `sensor_origin_` again.
   void
   clearViewpoints();
-  /** \brief Tell the vertical in both scans: poses that do not map one onto the other are not considered.
+  /** \brief Tell the vertical in both scans: poses that do not map one onto the other are not considered, and where
+   * the scans tell the tilt worse than it does, it is kept.
    * \param[in] up_source,up_target directions (any length but 0), in the coordinates of the source and the target
-   * \param[in] tolerance largest angle between the mapped and the given vertical [rad], (0, pi]
+   * \param[in] tolerance largest angle between the mapped and the given vertical [rad], (0, pi]: three standard
+   * deviations of what is given
    */
   void
   setGravity(const Eigen::Vector3d& up_source, const Eigen::Vector3d& up_target, double tolerance);

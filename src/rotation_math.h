@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#pragma once
+
+#include <pcl_ssfr/options.h>
+
+#include <Eigen/Core>
+
+namespace pcl_ssfr {
+
+constexpr double kPi = 3.14159265358979323846;
+
+/// The rotation R that maximises trace(R^T M): of a correlation sum of w target source^T the best one (Kabsch 1976), of
+/// a matrix that is nearly a rotation the nearest in the Frobenius norm.
+Eigen::Matrix3d
+nearestRotation(const Eigen::Matrix3d& matrix);
+
+/// Angle of the rotation that leads from one to the other [rad], [0, pi].
+double
+angleBetween(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b);
+
+/// Whether a rotation maps one vertical onto the other within \p tolerance [rad].
+bool
+keepsVertical(const Eigen::Matrix3d& R_target_source, const GravityPrior& gravity, double tolerance);
+
+} // namespace pcl_ssfr

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#include "rotation_math.h"
+
+#include "pose_matchers.h"
+#include "synthetic_scene.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+namespace pcl_ssfr {
+namespace {
+
+Eigen::Matrix3d
+turn(double angle, const Eigen::Vector3d& axis)
+{
+  return Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix();
+}
+
+TEST(NearestRotation, ByHand)
+{
+  EXPECT_TRUE(nearestRotation(Eigen::Vector3d(3, 2, 1).asDiagonal()).isIdentity(1e-12));
+  // A mirror: the least of the three is given up.
+  EXPECT_TRUE(nearestRotation(Eigen::Vector3d(3, 2, -1).asDiagonal()).isIdentity(1e-12));
+  EXPECT_TRUE(nearestRotation(Eigen::Vector3d(3, -2, -1).asDiagonal())
+                  .isApprox(Eigen::Vector3d(1, -1, -1).asDiagonal().toDenseMatrix(), 1e-12));
+}
+
+TEST(NearestRotation, NoRotationIsNearer)
+{
+  testing::Random random(1);
+  for (int trial = 0; trial < 50; ++trial) {
+    const Eigen::Matrix3d M = testing::randomRotation(random) * Eigen::Vector3d(1.5, 0.8, 0.3).asDiagonal() *
+                              testing::randomRotation(random).transpose();
+    const Eigen::Matrix3d R = nearestRotation(M);
+    EXPECT_TRUE((R.transpose() * R).isIdentity(1e-12));
+    EXPECT_NEAR(R.determinant(), 1, 1e-12);
+    for (int other = 0; other < 200; ++other) {
+      const Eigen::Matrix3d Q = other % 2 == 0
+                                    ? testing::randomRotation(random)
+                                    : Eigen::Matrix3d(turn(0.01, testing::randomRotation(random).col(0)) * R);
+      EXPECT_LE((R - M).norm(), (Q - M).norm() + 1e-12);
+    }
+  }
+}
+
+TEST(NearestRotation, OfNothingIsARotation)
+{
+  const Eigen::Matrix3d R = nearestRotation(Eigen::Matrix3d::Zero());
+  EXPECT_TRUE((R.transpose() * R).isIdentity(1e-12));
+  EXPECT_NEAR(R.determinant(), 1, 1e-12);
+}
+
+TEST(AngleBetween, IsTheAngleOfTheTurn)
+{
+  testing::Random random(2);
+  for (const double angle : {0.0, 1e-9, 1e-4, 0.3, 1.5, 3.0, kPi - 1e-7, kPi}) {
+    const Eigen::Matrix3d R = testing::randomRotation(random);
+    const Eigen::Matrix3d Q = R * turn(angle, testing::randomRotation(random).col(0));
+    EXPECT_NEAR(angleBetween(R, Q), angle, 1e-8) << angle;
+    EXPECT_NEAR(angleBetween(Q, R), angle, 1e-8) << angle;
+  }
+  EXPECT_NEAR(angleBetween(Eigen::Matrix3d::Identity(), turn(4, Eigen::Vector3d(1, 2, 3))), 2 * kPi - 4, 1e-12);
+}
+
+TEST(KeepsVertical, WithinTheTolerance)
+{
+  GravityPrior gravity;
+  gravity.up_source = Eigen::Vector3d::UnitX();
+  gravity.up_target = Eigen::Vector3d::UnitZ();
+  const Eigen::Matrix3d upright = turn(-kPi / 2, Eigen::Vector3d::UnitY()); // x to z
+  for (const double around : {0.0, 1.0, 3.0})
+    for (const double tilt : {0.0, 1e-9, 0.05, 0.2, 3.0}) {
+      const Eigen::Matrix3d R = turn(around, Eigen::Vector3d::UnitZ()) * turn(tilt, Eigen::Vector3d(1, 1, 0)) * upright;
+      EXPECT_TRUE(keepsVertical(R, gravity, tilt + 1e-7)) << tilt;
+      EXPECT_TRUE(tilt < 1e-6 || !keepsVertical(R, gravity, tilt - 1e-7)) << tilt;
+      EXPECT_TRUE(keepsVertical(R, gravity, kPi));
+    }
+  Eigen::Matrix3d none = upright;
+  none(0, 0) = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(keepsVertical(none, gravity, kPi));
+}
+
+} // namespace
+} // namespace pcl_ssfr
