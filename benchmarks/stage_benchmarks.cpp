@@ -388,9 +388,7 @@ polish(benchmark::State& state, const Pair& pair)
   const PatchScan& t = pair.target_scan;
   measure(
       state,
-      [&] {
-        benchmark::DoNotOptimize(refineMutual(s.surface, s.fine_index, t.surface, t.fine_index, pair.start, options));
-      },
+      [&] { benchmark::DoNotOptimize(refineMutual(s.surface, s.index, t.surface, t.index, pair.start, options)); },
       countOf(s.surface.points.cols() + t.surface.points.cols()));
 }
 

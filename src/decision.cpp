@@ -137,8 +137,8 @@ unobservableText(Decision& decision, const Findings& found)
   }
   if (found.polish.matches == 0)
     return "";
-  const RotationDeviation turn = largestRotationDeviation(
-      found.polish, found.context.noise_floor, kPolishPointsAPatch, found.context.rotation_prior);
+  const RotationDeviation turn =
+      largestRotationDeviation(found.polish, found.context.noise_floor, kAlikePoints, found.context.rotation_prior);
   if (!(turn.deviation > kMaxRotationDeviation))
     return "";
   decision.unobservable.push_back({turn.axis, true, turn.strength});

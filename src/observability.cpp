@@ -40,8 +40,8 @@ findUnobservableDirections(const Refinement& refinement, const ObservabilityOpti
   std::vector<UnobservableDirection> weak;
   if (refinement.matches == 0)
     return weak;
-  addWeakDirections(refinement.hessian.bottomRightCorner<3, 3>(), false, options.min_strength, weak);
-  addWeakDirections(refinement.hessian.topLeftCorner<3, 3>(), true, options.min_strength, weak);
+  addWeakDirections(refinement.hessian.bottomRightCorner<3, 3>(), false, options.min_translation, weak);
+  addWeakDirections(refinement.hessian.topLeftCorner<3, 3>(), true, options.min_rotation, weak);
   return weak;
 }
 

@@ -111,7 +111,6 @@ validatePatches(const PatchOptions& options)
           options.coarsest_level,
           "be in [finest_level, 20)");
   requireAtLeast("patches.min_points", options.min_points, 3);
-  requireAtLeast("patches.split_above", options.split_above, 0);
 }
 
 void

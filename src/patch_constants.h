@@ -8,9 +8,9 @@
 namespace pcl_ssfr {
 
 // What the preparation of a scan and the registration of two, in the default profile, go by.
-constexpr double kThickness = 0.03;    // [m] at scale 1, of a patch, at least
-constexpr std::size_t kMinPoints = 50; // finite points of a scan
-constexpr int kPolishPointsAPatch = 4;
+constexpr double kThickness = 0.03;         // [m] at scale 1, of a patch, at least
+constexpr std::size_t kMinPoints = 50;      // finite points of a scan
+constexpr int kAlikePoints = 4;             // of the polish: so many err alike
 constexpr double kContradictionWeight = 14; // of the score: contradictions are rare and precious (METHOD point 14b)
 
 } // namespace pcl_ssfr

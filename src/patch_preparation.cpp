@@ -19,7 +19,6 @@ namespace {
 // Lengths at scale 1 [m]; the scale of the scene multiplies them.
 constexpr double kLeaf = 0.025;                 // finest patches have an edge of 8, the coarsest of 64 leaves
 constexpr double kVoxel = 0.5;                  // of the index of patches
-constexpr double kFineVoxel = 0.25;             // of the index of small planes for the polish
 constexpr double kTypicalRadius[] = {1.5, 120}; // scenes of radii between these have scale 1
 
 // Angles.
@@ -33,9 +32,9 @@ constexpr double kMinRelativeDensity = 0.02;
 constexpr std::size_t kViewpointPoints = 40000; // drawn to look for the sensor where it is not known
 constexpr std::size_t kMinPointsPerCell = 12;   // in the coarsest cell of a typical point; else the scale is doubled
 constexpr int kMaxCoarsenings = 6;
-constexpr int kCoarsePatches = 600; // drawn for the coarse refinement
-constexpr int kPolishSplit = 100;   // patches of more thinned points are split for the polish
-constexpr int kPolishMinPoints = 8;
+constexpr int kCoarsePatches = 600;     // drawn for the coarse refinement
+constexpr int kPolishPoints = 2;        // for the polish, of each ...
+constexpr int kPolishGroup = 25;        // ... thinned points of a patch
 constexpr double kNoiseQuantile = 0.25; // of the thickness of patches: an estimate of the noise that clutter spares
 constexpr double kThicknessOverNoise = 1.6;
 
@@ -216,14 +215,10 @@ preparePatchScan(const ScanView& scan, const Options& options, const Deadline& d
   prepared.coarse = selectPatches(prepared.patches,
                                   drawRepresentatives(prepared.patches.samples, prepared.main_normals, kCoarsePatches));
   prepared.coarse.samples.weights.setOnes(); // each stands for others, small and large ones
-  patches.split_above = kPolishSplit;
-  patches.min_points = std::max(patches.min_points, kPolishMinPoints);
-  const PlanarPatches small = extractPatches(cloud, cells, seen_from, prepared.thickness, patches);
-  prepared.surface = drawSurfacePoints(cloud, small, kPolishPointsAPatch);
-  cells = std::vector<FineCell>(); // their memory goes before the indices need some
+  prepared.surface = drawSurfacePoints(cloud, prepared.patches, kPolishPoints, kPolishGroup);
+  cells = std::vector<FineCell>(); // their memory goes before the index needs some
   cloud = ThinnedCloud();
   prepared.index = PatchIndex(prepared.patches, kVoxel * prepared.scale);
-  prepared.fine_index = PatchIndex(small, kFineVoxel * prepared.scale);
   prepared.stages.push_back(clock.lap("index", count(prepared.patches.size()), count(prepared.surface.points.cols())));
   return prepared; // complete, even if the time has run out meanwhile
 }

@@ -606,23 +606,9 @@ private:
   refineOnPatches(const Eigen::Isometry3d& T_target_source) const
   {
     constexpr int kSteps = 15;
-    return refineToFine(source_.patches, T_target_source, kSteps);
-  }
-
-  /// The same with the patches that stand for all.
-  Eigen::Isometry3d
-  refineRoughly(const Eigen::Isometry3d& T_target_source) const
-  {
-    constexpr int kSteps = 8;
-    return refineToFine(source_.coarse, T_target_source, kSteps);
-  }
-
-  Eigen::Isometry3d
-  refineToFine(const PlanarPatches& source, const Eigen::Isometry3d& T_target_source, int steps) const
-  {
-    RefinementOptions options = refinement(kFineReach, kFineFinal, kNormals, steps);
+    RefinementOptions options = refinement(kFineReach, kFineFinal, kNormals, kSteps);
     options.min_step = kFineStep * scale_;
-    return refinePatches(source, target_.index, T_target_source, options).T_target_source;
+    return refinePatches(source_.patches, target_.index, T_target_source, options).T_target_source;
   }
 
   void
@@ -711,10 +697,13 @@ private:
   void
   searchBeside(JudgedPose& best)
   {
-    for (int round = 0; round < kBesideRounds && best.score > 0; ++round) {
+    for (int round = 0; round < kBesideRounds && best.score > 0 && !isSureOfTurn(); ++round) {
       std::vector<JudgedPose> beside = placesBeside(best);
       forEachPose(beside, [&](JudgedPose& pose) {
-        pose.T_target_source = refineRoughly(pose.T_target_source);
+        judgeFinely(pose);
+        if (pose.score < kBesideShare * best.score)
+          return;
+        pose.T_target_source = refineOnPatches(pose.T_target_source);
         judgeFinely(pose);
       });
       if (options_.gravity)
@@ -729,6 +718,13 @@ private:
       best = beside.front();
       polish_ = polished;
     }
+  }
+
+  /// Whether the matches of the polish tell every turn so well that there is one place only.
+  bool
+  isSureOfTurn() const
+  {
+    return largestRotationDeviation(polish_, kNoiseFloor * scale_, kAlikePoints, rotationPrior()).deviation < kSureTurn;
   }
 
   /// The polished best pose, moved to and fro along what the matches tell least about.
@@ -749,18 +745,17 @@ private:
     return beside;
   }
 
-  /// Points of each scan onto small planes of the other.
+  /// Points of each scan onto the patches of the other.
   Refinement
   polish(JudgedPose& pose) const
   {
     RefinementOptions options = refinement(kPolishReach, kPolishFinal, kNormals, options_.max_refinement_steps);
-    options.match.lateral = static_cast<float>(kPolishLateral * scale_);
     options.threads = threads_;
     if (options.vertical) // the errors of points on one patch are not independent
-      options.vertical->deviation /= std::sqrt(kPolishPointsAPatch);
+      options.vertical->deviation /= std::sqrt(kAlikePoints);
     const auto run = [&] {
       return refineMutual(
-          source_.surface, source_.fine_index, target_.surface, target_.fine_index, pose.T_target_source, options);
+          source_.surface, source_.index, target_.surface, target_.index, pose.T_target_source, options);
     };
     if (options_.refine && !outOfTime()) {
       Refinement refined = run();
@@ -831,7 +826,7 @@ private:
     result_.contradiction = best.contradiction;
     result_.rmse = polish_.rms;
     if (polish_.matches > 0)
-      result_.information = informationMatrix(polish_, target_.origin, kNoiseFloor * scale_, kPolishPointsAPatch);
+      result_.information = informationMatrix(polish_, target_.origin, kNoiseFloor * scale_, kAlikePoints);
     const Decision decision = decide(poses, polish_, decisionContext());
     result_.confidence = decision.confidence;
     result_.unobservable = decision.unobservable;
@@ -879,13 +874,14 @@ private:
   static constexpr double kClearShare = 0.65; // of the matched voices, that contradictions leave of the score
   static constexpr std::size_t kSweepAxes = 2;
   static constexpr int kSweepSteps = 80;        // 4.5 degrees: half of it is well within reach of the refinement
-  static constexpr double kPolishLateral = 0.1; // [m] at scale 1
   static constexpr double kHopelessShare = 0.4; // of a clear best score: what has less is not refined any more
   static constexpr int kBesideRounds = 2;
-  static constexpr std::size_t kBesideDirections = 3;
-  static constexpr double kBesideStrength = 0.1; // of the best told motion: what is told better has one place only
+  static constexpr std::size_t kBesideDirections = 4;
+  static constexpr double kSureTurn = 0.0006;    // [rad] standard deviation: what is told better has one place only
+  static constexpr double kBesideStrength = 0.4; // of the best told motion: what is told better has one place only
   static constexpr double kBesideDistances[] = {0.15, 0.3}; // [m] at scale 1, of the matched surface
-  static constexpr double kBesideGain = 1.02;               // of the score, that another place must have
+  static constexpr double kBesideShare = 0.85;              // of the score, that a place must have to be refined
+  static constexpr double kBesideGain = 1.02;               // of the score, that another place must have when it is
   static constexpr double kPolishedShare = 0.85;            // of the best score: a rival that is polished too
   static constexpr std::size_t kMaxPolished = 4;
   static constexpr double kClearlyNearer = 0.5; // of the distance of the next pose to the guess

@@ -97,9 +97,7 @@ private:
     const std::uint32_t count = endPoint(end) - first;
     if (count >= static_cast<std::uint32_t>(options_.min_points)) {
       const Plane plane = fitPlane(total);
-      const bool crowded =
-          level > 0 && options_.split_above > 0 && count > static_cast<std::uint32_t>(options_.split_above);
-      if (!crowded && isPatch(plane)) {
+      if (isPatch(plane)) {
         planes_.push_back(plane);
         patches_.first_point.push_back(first);
         patches_.counts.push_back(count);

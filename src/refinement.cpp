@@ -190,22 +190,25 @@ refinePatches(const PlanarPatches& source,
 }
 
 SurfacePoints
-drawSurfacePoints(const ThinnedCloud& cloud, const PlanarPatches& patches, int per_patch)
+drawSurfacePoints(const ThinnedCloud& cloud, const PlanarPatches& patches, int drawn_of_group, int group)
 {
-  const auto share = [&](std::uint32_t count) { return std::min(count, static_cast<std::uint32_t>(per_patch)); };
+  const auto share = [&](std::uint64_t count) {
+    const auto size = static_cast<std::uint64_t>(group);
+    return std::min(count, static_cast<std::uint64_t>(drawn_of_group) * ((count + size - 1) / size));
+  };
   Eigen::Index total = 0;
   for (const std::uint32_t count : patches.counts)
-    total += share(count);
+    total += static_cast<Eigen::Index>(share(count));
   SurfacePoints surface;
   surface.points.resize(3, total);
   surface.normals.resize(3, total);
   Eigen::Index next = 0;
   for (std::size_t i = 0; i < patches.counts.size(); ++i) {
-    const std::uint32_t count = patches.counts[i];
-    const std::uint32_t drawn = share(count);
-    for (std::uint32_t k = 0; k < drawn; ++k, ++next) {
-      const std::uint32_t point = patches.first_point[i] + (2 * k + 1) * count / (2 * drawn);
-      surface.points.col(next) = cloud.points.col(point);
+    const std::uint64_t count = patches.counts[i];
+    const std::uint64_t drawn = share(count);
+    for (std::uint64_t k = 0; k < drawn; ++k, ++next) {
+      const std::uint64_t point = patches.first_point[i] + (2 * k + 1) * count / (2 * drawn);
+      surface.points.col(next) = cloud.points.col(static_cast<Eigen::Index>(point));
       surface.normals.col(next) = patches.samples.normals.col(static_cast<Eigen::Index>(i)).cast<float>();
     }
   }

@@ -119,7 +119,7 @@ TEST_P(LevelRings, ATiltThatIsHardlyKnownIsNamedAndNotBelieved)
 {
   // Sixteen rings in small rooms see the walls at one height and neither floor nor ceiling.
   simulation::DatasetPlan plan = planScans("apartment", "velodyne_vlp16", 2, 0, GetParam());
-  plan.trajectory.step = 1.5;
+  plan.trajectory.step = 3;
   const std::vector<PosedScan> scans = takeScans(plan);
   const Eigen::Vector3d up_source = scans[1].T_world_scan.linear().row(2);
   const Eigen::Vector3d up_target = scans[0].T_world_scan.linear().row(2);
@@ -138,8 +138,8 @@ TEST_P(LevelRings, ATiltThatIsHardlyKnownIsNamedAndNotBelieved)
   EXPECT_TRUE(told.result.accepted() && told.right) << describe(told.result);
   EXPECT_TRUE(told.result.unobservable.empty());
 
-  // Not who knows it to 15 degrees only.
-  options.gravity->tolerance = 0.26;
+  // Not who knows it to 35 degrees only.
+  options.gravity->tolerance = 0.6;
   EXPECT_EQ(registerPosedScans(scans[1], scans[0], options).result.status, Status::Unobservable);
 }
 
@@ -150,7 +150,7 @@ TEST(LevelRingsOfAWalk, WithAVerticalThatIsADegreeWrong)
   std::string failures;
   for (const std::uint64_t seed : {1, 2, 3, 4}) {
     simulation::DatasetPlan plan = planScans("apartment", "velodyne_vlp16", 5, 0, seed);
-    plan.trajectory.step = 0.8;
+    plan.trajectory.step = 1.5;
     const std::vector<PosedScan> scans = takeScans(plan);
     Random random(seed);
     for (std::size_t i = 1; i < scans.size(); ++i)
@@ -177,7 +177,7 @@ TEST(LevelRingsOfAWalk, WithAVerticalThatIsADegreeWrong)
   EXPECT_LE(wrong, pairs / 20) << failures;
 }
 
-INSTANTIATE_TEST_SUITE_P(Scenes, LevelRings, ::testing::Values(13, 14, 15));
+INSTANTIATE_TEST_SUITE_P(Scenes, LevelRings, ::testing::Values(1, 7, 12, 16, 20, 25));
 
 // ---------------------------------------------------------------------------------------------------------------------
 // Repetition

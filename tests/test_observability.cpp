@@ -55,9 +55,9 @@ TEST(UnobservableDirections, WeaknessIsRelative)
   m.normals.col(0) = kX; // one of 1000 matches faces x
   const Refinement refinement = refinementOf(m);
   ObservabilityOptions options;
-  options.min_strength = 0.0019;
+  options.min_translation = 0.0019;
   EXPECT_TRUE(findUnobservableDirections(refinement, options).empty());
-  options.min_strength = 0.0021;
+  options.min_translation = 0.0021;
   const auto weak = findUnobservableDirections(refinement, options);
   ASSERT_EQ(weak.size(), 1U);
   EXPECT_NEAR(weak[0].strength, 1.0 / 500, 1e-4);
@@ -65,6 +65,21 @@ TEST(UnobservableDirections, WeaknessIsRelative)
   Refinement scaled = refinement;
   scaled.hessian *= 1e-9;
   EXPECT_EQ(findUnobservableDirections(scaled, options).size(), 1U);
+}
+
+TEST(UnobservableDirections, ShiftsAndTurnsHaveBoundsOfTheirOwn)
+{
+  // Half a hundredth of what tells the others: too little for a shift; enough for a turn, whose levers may be short.
+  Refinement refinement;
+  refinement.matches = 100;
+  refinement.hessian = (Matrix6::Identity()).eval();
+  refinement.hessian(1, 1) = refinement.hessian(4, 4) = 0.0045;
+  const auto weak = findUnobservableDirections(refinement);
+  ASSERT_EQ(weak.size(), 1U);
+  EXPECT_FALSE(weak[0].rotation);
+  EXPECT_NEAR(std::abs(weak[0].direction.y()), 1, 1e-9);
+  refinement.hessian(1, 1) = 0.0025;
+  EXPECT_EQ(findUnobservableDirections(refinement).size(), 2U);
 }
 
 TEST(UnobservableDirections, TurnWithTheScene)

@@ -183,7 +183,6 @@ TEST(Options, WholeNumbersOutOfRangeAreNamed)
       {"patches.finest_level", PCL_SSFR_SET(patches.finest_level), {-1, 20}, {0}},
       {"patches.coarsest_level", PCL_SSFR_SET(patches.coarsest_level), {2, 20}, {3, 19}}, // finest level is 3
       {"patches.min_points", PCL_SSFR_SET(patches.min_points), {2}, {3}},
-      {"patches.split_above", PCL_SSFR_SET(patches.split_above), {-1}, {0}},
       {"density.max_regions", PCL_SSFR_SET(density.max_regions), {0}, {1}},
       {"density.max_region_points", PCL_SSFR_SET(density.max_region_points), {0}, {1}},
       {"mean_shift.max_iterations", PCL_SSFR_SET(mean_shift.max_iterations), {0}, {1}},

@@ -46,7 +46,7 @@ makeScan(const std::vector<testing::Rectangle>& rectangles, const Eigen::Isometr
   options.coarsest_level = 5;
   scan.patches = extractPatches(scan.cloud, &viewpoint, kThickness, options);
   scan.index = PatchIndex(scan.patches, 0.4);
-  scan.surface = drawSurfacePoints(scan.cloud, scan.patches, 6);
+  scan.surface = drawSurfacePoints(scan.cloud, scan.patches, 6, 1000000);
   return scan;
 }
 
@@ -238,7 +238,7 @@ TEST_F(RefinementOfTheRoom, EmptyScans)
   const PlanarPatches none;
   EXPECT_EQ(refinePatches(none, target_.index, truth_, options()).matches, 0);
   EXPECT_EQ(refinePatches(source_.patches, PatchIndex(), truth_, options()).matches, 0);
-  const SurfacePoints no_points = drawSurfacePoints(ThinnedCloud(), none, 5);
+  const SurfacePoints no_points = drawSurfacePoints(ThinnedCloud(), none, 5, 100);
   EXPECT_EQ(no_points.points.cols(), 0);
   const Refinement mutual = refineMutual(no_points, PatchIndex(), target_.surface, target_.index, truth_, options());
   EXPECT_EQ(mutual.matches, 0);
@@ -356,19 +356,22 @@ TEST(RefinePatches, OnePlaneOfOnePatchIsTooFew)
 TEST(DrawSurfacePoints, EvenlyFromEveryPatch)
 {
   const Scan scan = makeScan(testing::roomRectangles(), Eigen::Isometry3d::Identity(), 6);
-  for (const int per_patch : {0, 1, 4, 1000000}) {
-    const SurfacePoints surface = drawSurfacePoints(scan.cloud, scan.patches, per_patch);
+  const std::pair<int, int> shares[] = {{0, 100}, {1, 1000000}, {4, 1000000}, {4, 100}, {3, 7}, {1, 1}, {1000000, 100}};
+  for (const auto& [of_group, group] : shares) {
+    const SurfacePoints surface = drawSurfacePoints(scan.cloud, scan.patches, of_group, group);
     ASSERT_EQ(surface.points.cols(), surface.normals.cols());
     Eigen::Index next = 0;
     for (std::size_t i = 0; i < scan.patches.counts.size(); ++i) {
       const std::uint32_t count = scan.patches.counts[i], first = scan.patches.first_point[i];
-      const auto drawn = std::min(count, static_cast<std::uint32_t>(per_patch));
+      std::uint64_t drawn = 0; // of each group that the points begin
+      for (std::uint32_t begun = 0; begun < count; begun += static_cast<std::uint32_t>(group))
+        drawn = std::min<std::uint64_t>(count, drawn + static_cast<std::uint64_t>(of_group));
       for (std::uint32_t k = 0; k < drawn; ++k, ++next) {
         ASSERT_LT(next, surface.points.cols());
         // The k-th of equal pieces of the patch's range of points.
-        std::uint32_t from = first + k * count / drawn, to = first + (k + 1) * count / drawn;
+        const std::uint64_t from = first + k * count / drawn, to = first + ((k + 1) * count + drawn - 1) / drawn;
         bool found = false;
-        for (std::uint32_t p = from; p < std::max(to, from + 1); ++p)
+        for (auto p = static_cast<Eigen::Index>(from); p < static_cast<Eigen::Index>(to); ++p)
           found = found || scan.cloud.points.col(p) == surface.points.col(next);
         EXPECT_TRUE(found) << "patch " << i << ", point " << k;
         EXPECT_TRUE(surface.normals.col(next).isApprox(

@@ -12,7 +12,9 @@ namespace pcl_ssfr {
 
 /// Options of the observability test.
 struct ObservabilityOptions {
-  double min_strength = 0.003; ///< information along a direction, relative to the best determined one of its kind
+  // Information along a direction, relative to the best determined one of its kind:
+  double min_translation = 0.005; ///< of a shift
+  double min_rotation = 0.003;    ///< of a turn: long scenes tell the one about their axis by short levers
 };
 
 /** \brief Directions of motion that the matches leave undetermined: translations along directions that no matched

@@ -32,8 +32,7 @@ struct PatchScan {
   PlanarPatches coarse; ///< a part of the patches that stands for all in the coarse refinement
   PatchIndex index;
   RangeImage range_image; ///< empty when the viewpoint is not believed
-  SurfacePoints surface;  ///< points for the final polish ...
-  PatchIndex fine_index;  ///< ... and the small planes that the other scan's points are laid on
+  SurfacePoints surface;  ///< points for the final polish, laid on the patches of the other scan
   std::vector<StageReport> stages;
   std::string unfinished; ///< stage in which the time ran out: nothing here may be used then; empty when complete
 };

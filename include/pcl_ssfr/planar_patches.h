@@ -18,7 +18,6 @@ struct PatchOptions {
   int finest_level = 3;       ///< finest cells have an edge of leaf * 2^finest_level, [0, 20)
   int coarsest_level = 6;     ///< coarsest cells have an edge of leaf * 2^coarsest_level, [finest_level, 20)
   int min_points = 5;         ///< fewest thinned points of a patch, >= 3
-  int split_above = 0;        ///< split even plane cells that hold more thinned points than this; 0: never
 };
 
 constexpr double kHalfWidth = 1.7320508075688772; ///< of an evenly covered interval, in standard deviations

@@ -64,9 +64,10 @@ struct SurfacePoints {
   Eigen::Matrix3Xf normals; ///< unit, 3 x N
 };
 
-/// A few evenly strided points of every patch with the patch's normal: at most \p per_patch each.
+/// Evenly strided points of every patch with the patch's normal: \p drawn_of_group (>= 0) for each \p group (>= 1) of
+/// its points that it begins, but no more than it has.
 SurfacePoints
-drawSurfacePoints(const ThinnedCloud& cloud, const PlanarPatches& patches, int per_patch);
+drawSurfacePoints(const ThinnedCloud& cloud, const PlanarPatches& patches, int drawn_of_group, int group);
 
 /** \brief The final polish: points of each scan onto the planes of the other, both ways in one system. */
 Refinement
