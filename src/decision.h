@@ -18,7 +18,7 @@ namespace pcl_ssfr {
 
 /// What is known of two scans, beside the poses found, when the answer is judged.
 struct DecisionContext {
-  double min_confidence = 0.6; ///< Options::min_confidence
+  double min_confidence = 0.7; ///< Options::min_confidence
   double scale = 1;            ///< of the scene: lengths in the decision are for scale 1
   double noise_floor = 0.001;  ///< least standard deviation of plane distances [m]
   bool free_space = true;      ///< both sensors are known: contradictions can be seen, both ways

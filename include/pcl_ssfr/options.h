@@ -78,7 +78,7 @@ struct Options {
   std::optional<GuessTolerance> guess_tolerance; ///< of the guess, when there is one; none: the guess is one candidate
                                                  ///< among all; not read by Paper2017
   int max_candidates = 10;                       ///< distinct poses listed in the result, >= 1
-  double min_confidence = 0.6; ///< accept an answer from this confidence on, [0, 1]; not read by Paper2017
+  double min_confidence = 0.7; ///< accept an answer from this confidence on, [0, 1]; not read by Paper2017
 
   // Stages. Profile::Default reads only patches, and has the other stages' constants of its own; Profile::Paper2017
   // reads all but patches. The scales above, when they are set, go before the stages' own.
