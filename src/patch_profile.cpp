@@ -697,9 +697,11 @@ private:
   void
   searchBeside(JudgedPose& best)
   {
-    for (int round = 0; round < kBesideRounds && best.score > 0 && !isSureOfTurn(); ++round) {
+    for (int round = 0; round < kBesideRounds && best.score > 0 && !outOfTime() && !isSureOfTurn(); ++round) {
       std::vector<JudgedPose> beside = placesBeside(best);
       forEachPose(beside, [&](JudgedPose& pose) {
+        if (outOfTime())
+          return;
         judgeFinely(pose);
         if (pose.score < kBesideShare * best.score)
           return;
@@ -720,7 +722,7 @@ private:
     }
   }
 
-  /// Whether the matches of the polish tell every turn so well that there is one place only.
+  /// Whether the matches of the polish and the priors tell every turn so well that there is one place only.
   bool
   isSureOfTurn() const
   {

@@ -3,7 +3,7 @@
 
 // The default profile where registration is hard, on simulated scans with exact truth: little overlap, corridors,
 // repetition. Every scan is in a randomly turned frame.
-// Each case states how many of its pairs must be solved, and none may be accepted that is wrong.
+// Each case states how many of its pairs must be solved, and none may be accepted that is wrong, but for level rings.
 
 #include "hard_cases.h"
 #include "synthetic_scene.h"

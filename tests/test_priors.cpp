@@ -147,7 +147,7 @@ TEST_P(Gravity, TakesLessWorkAndSolvesNoFewer)
   all.print(place.scene);
   EXPECT_GE(all.believed, all.free_believed) << all.failures;
   EXPECT_LT(all.work.rotations, all.free_work.rotations);
-  // Level rings of few points in rooms leave the tilt to a few degrees, known vertical or not (README, Limits).
+  // Level rings of few points in rooms leave the tilt to a few degrees (README, Limits).
   EXPECT_LE(all.dishonest, all.free_dishonest) << all.failures;
   EXPECT_LE(all.dishonest, std::string(place.sensor) == "velodyne_vlp16" ? 1U : 0U) << all.failures;
 }
