@@ -24,7 +24,8 @@ struct DecisionContext {
   bool free_space = true;      ///< both sensors are known: contradictions can be seen, both ways
   Eigen::Vector3d source_viewpoint = Eigen::Vector3d::Zero(); ///< inner frame [m]: poses are compared there
   Eigen::Vector3d target_viewpoint = Eigen::Vector3d::Zero(); ///< inner frame [m]; read where there is free space
-  /// What a gravity prior and the tolerance of a guess tell of the rotation: information [1/rad^2], target frame.
+  /// What a gravity prior and the tolerance of a guess tell of the rotation: information [1/rad^2], target frame, in
+  /// the currency of the matches, which claim more than they know.
   Eigen::Matrix3d rotation_prior = Eigen::Matrix3d::Zero();
   bool guess_decides = false; ///< the guess has told the best pose from those that explain the scans as well
   std::string few_directions; ///< which scan has planes in fewer than two directions; empty: neither

@@ -200,10 +200,13 @@ preparePatchScan(const ScanView& scan, const Options& options, const Deadline& d
     return prepared;
 
   const Eigen::Vector3d* seen_from = prepared.viewpoint_used ? &viewpoint : nullptr;
-  std::vector<FineCell> cells = accumulateFineCells(cloud, patches.finest_level);
-  prepared.thickness = patches.thickness > 0 ? patches.thickness
-                                             : choosePatchThickness(cloud, cells, kThickness * prepared.scale, patches);
-  prepared.patches = extractPatches(cloud, cells, seen_from, prepared.thickness, patches);
+  {
+    const std::vector<FineCell> cells = accumulateFineCells(cloud, patches.finest_level);
+    prepared.thickness = patches.thickness > 0
+                             ? patches.thickness
+                             : choosePatchThickness(cloud, cells, kThickness * prepared.scale, patches);
+    prepared.patches = extractPatches(cloud, cells, seen_from, prepared.thickness, patches);
+  }
   if (endsIn("patches", count(cloud.size()), count(prepared.patches.size())))
     return prepared;
 
@@ -216,8 +219,7 @@ preparePatchScan(const ScanView& scan, const Options& options, const Deadline& d
                                   drawRepresentatives(prepared.patches.samples, prepared.main_normals, kCoarsePatches));
   prepared.coarse.samples.weights.setOnes(); // each stands for others, small and large ones
   prepared.surface = drawSurfacePoints(cloud, prepared.patches, kPolishPoints, kPolishGroup);
-  cells = std::vector<FineCell>(); // their memory goes before the index needs some
-  cloud = ThinnedCloud();
+  cloud = ThinnedCloud(); // its memory goes before the index needs some
   prepared.index = PatchIndex(prepared.patches, kVoxel * prepared.scale);
   prepared.stages.push_back(clock.lap("index", count(prepared.patches.size()), count(prepared.surface.points.cols())));
   return prepared; // complete, even if the time has run out meanwhile

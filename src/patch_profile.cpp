@@ -566,6 +566,15 @@ private:
                 poses.end());
   }
 
+  /// Drop the finely refined poses that a prior excludes.
+  void
+  dropAgainstPriors(std::vector<JudgedPose>& poses) const
+  {
+    if (options_.gravity)
+      dropTilted(poses, options_.gravity->tolerance + kGravityMargin);
+    dropFarFromGuess(poses, kGravityMargin, 0);
+  }
+
   std::vector<JudgedPose>
   refineCoarsely(const std::vector<PoseHypothesis>& hypotheses, const Eigen::Isometry3d* guess, const Effort& effort)
   {
@@ -622,9 +631,7 @@ private:
       if (options_.refine && !outOfTime() && !hopeless)
         moveUnlessWorse(pose, refineOnPatches(pose.T_target_source));
     });
-    if (options_.gravity)
-      dropTilted(poses, options_.gravity->tolerance + kGravityMargin);
-    dropFarFromGuess(poses, kGravityMargin, 0);
+    dropAgainstPriors(poses);
     poses = keepDistinct(std::move(poses), before);
     report("fine refinement", before, poses.size());
   }
@@ -708,9 +715,7 @@ private:
         pose.T_target_source = refineOnPatches(pose.T_target_source);
         judgeFinely(pose);
       });
-      if (options_.gravity)
-        dropTilted(beside, options_.gravity->tolerance + kGravityMargin);
-      dropFarFromGuess(beside, kGravityMargin, 0);
+      dropAgainstPriors(beside);
       sortByScore(beside);
       if (outOfTime() || beside.empty() || beside.front().score < kBesideGain * best.score)
         return;

@@ -136,6 +136,8 @@ TEST_F(RefinementOfTheRoom, MutualPolishRecoversASmallMotion)
 TEST_F(RefinementOfTheRoom, EitherHalfOfThePolishIsEnough)
 {
   // One point in one scan: all comes from the points of the other, onto moving planes or onto fixed ones.
+  ASSERT_GT(source_.surface.points.cols(), 1);
+  ASSERT_GT(target_.surface.points.cols(), 1);
   const Eigen::Isometry3d start =
       smallMotion(0.02, Eigen::Vector3d(1, -2, 1), Eigen::Vector3d(0.05, 0.04, -0.06)) * truth_;
   const SurfacePoints one_source{source_.surface.points.leftCols(1), source_.surface.normals.leftCols(1)};
