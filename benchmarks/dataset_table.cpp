@@ -486,7 +486,10 @@ run(const std::vector<std::string>& folders, Settings settings)
                       o.truth_rank);
           for (std::size_t k = 0; k < std::min<std::size_t>(c.size(), 4); ++k)
             std::printf(" [%.3f %.3f %.4f]", c[k].score, c[k].overlap, c[k].contradiction);
-          std::printf(" %.3f s\n", o.seconds);
+          const auto& stages = o.result.stages;
+          const auto searches = std::count_if(
+              stages.begin(), stages.end(), [](const pcl_ssfr::StageReport& s) { return s.name == "translations"; });
+          std::printf(" %td searches %.3f s\n", searches, o.seconds);
           if (!o.why.empty())
             std::printf("  lost: %s\n", o.why.c_str());
         }

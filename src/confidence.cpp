@@ -14,12 +14,11 @@ namespace {
 struct Coefficients {
   double constant, matched, lead, clear, third;
 };
-// Fitted by scripts/fit_confidence on 2028 right and 250 wrong answers (real pairs turned at random and as they are,
-// with sources thinned, cut to a sector and cut in range, scans of different places, simulated offices, flats, halls
-// and streets); without free space on 91 and 23 (such pairs with their origins moved or another scan merged).
-// The first constant is 0.442 more than fitted, log odds of 0.7 over those of 0.6: on scans cut in range, which it was
-// not fitted to, the confidence was too low.
-constexpr Coefficients kWithFreeSpace = {13.595, 0, 1.572, 3.812, 1.296};
+// Fitted by scripts/fit_confidence on 2791 right and 227 wrong answers (real pairs turned at random and as they are,
+// such as their makers do not list, with sources thinned, cut to a sector and cut in range to 80 %, scans of different
+// places, simulated offices, flats, halls and streets); without free space on 91 and 23 (such pairs with their origins
+// moved or another scan merged).
+constexpr Coefficients kWithFreeSpace = {15.798, 0, 1.243, 4.512, 1.843};
 constexpr Coefficients kWithoutFreeSpace = {8.019, 0.730, 1.112, 0, 0.575};
 constexpr double kMinMatched = 0.02;
 constexpr double kMinLead = 0.005;

@@ -3,11 +3,13 @@
 
 #pragma once
 
+#include <pcl_ssfr/refinement.h>
 #include <pcl_ssfr/result.h>
 #include <pcl_ssfr/visibility_score.h>
 
 #include <Eigen/Geometry>
 
+#include <optional>
 #include <vector>
 
 namespace pcl_ssfr {
@@ -19,6 +21,7 @@ struct JudgedPose {
   double score = 0;
   double facing_score = 0; ///< of the patches that face their own sensor
   bool from_guess = false;
+  std::optional<Refinement> polish; ///< last step of the polish, which led here; none: it was not polished
 };
 
 /// Fill in \p evidence and the scores that follow from it: what speaks for a pose less kContradictionWeight times what

@@ -9,7 +9,9 @@
 #include "judged_pose.h"
 #include "parallel.h"
 #include "patch_constants.h"
+#include "pose_priors.h"
 #include "rotation_math.h"
+#include "scan_pair.h"
 #include "stage_clock.h"
 
 #include <algorithm>
@@ -25,38 +27,16 @@ namespace pcl_ssfr {
 namespace {
 
 // Lengths at scale 1 [m]; the scale of the scene multiplies them.
-constexpr double kBinWidth = 0.1;         // of the histograms along an axis
-constexpr double kSearchStep = 0.25;      // of the shift along the third axis
-constexpr double kDistinctDistance = 0.3; // poses nearer than this (and the angle below) are one
-constexpr double kCoarseReach = 0.5;      // plane distance at the start of the coarse refinement ...
-constexpr double kCoarseFinal = 0.15;     // ... and at its end
-constexpr double kFineReach = 0.2;        // of the fine refinement
-constexpr double kFineFinal = 0.05;
-constexpr double kFineStep = 0.0005; // the polish does the rest
-constexpr double kPolishReach = 0.3; // of the polish
-constexpr double kPolishFinal = 0.1;
-constexpr double kLooseMatch = 0.2;   // plane distance of a match after the coarse refinement ...
-constexpr double kMatch = 0.1;        // ... after the fine one ...
-constexpr double kLateral = 0.3;      // beyond the edge of a patch
-constexpr double kFreeMargin = 0.3;   // of the free space
+constexpr double kBinWidth = 0.1;     // of the histograms along an axis
+constexpr double kSearchStep = 0.25;  // of the shift along the third axis
 constexpr double kNoiseFloor = 0.001; // least standard deviation of plane distances
-
-// Angles [rad].
-constexpr double kPairAngle = 0.07; // inner angles of pairs agree within this; rotations closer are one
-constexpr double kRefitAngle = 0.12;
-constexpr double kLooseNormals = 0.5; // normals of a match: in the search ...
-constexpr double kNormals = 0.35;     // ... after the fine refinement ...
-constexpr double kDistinctAngle = 0.05;
-constexpr double kLeastDeviation = 1e-4; // of a prior
-constexpr double kGravityMargin = 0.01;  // of refined poses beyond the tolerance of the prior: noise of scans and prior
-constexpr double kToleranceDeviations = 3; // standard deviations of a given vertical that its tolerance stands for
-constexpr double kOptimism = 5;            // times the deviation that matches claim, they err where they tell little
+constexpr double kPairAngle = 0.07;   // [rad] inner angles of pairs agree within this; rotations closer are one
 
 constexpr double kRoundShare = 0.3; // of the surface that faces across an axis for the scene to be round about it ...
 constexpr double kRoundFullShare = 0.6; // ... and of that, so much at most in the fullest third of all directions
 
 /// How hard the search tries; the second effort, for scans that share little, is made only when the first finds nothing
-/// acceptable.
+/// that is surely right.
 struct Effort {
   std::size_t poses;    ///< refined, at most
   double votes;         ///< of the best pose, that one must have to be refined before the others
@@ -66,7 +46,7 @@ struct Effort {
 };
 // Of 271 real pairs, all solved ones had a pose near the truth with 0.65 of the most votes; of 375 simulated ones, 373
 // with 0.4.
-constexpr Effort kEfforts[] = {{80, 0.4, 8, 5, 8, false}, {240, 0, 16, 8, 24, true}};
+constexpr std::array<Effort, 2> kEfforts = {{{80, 0.4, 8, 5, 8, false}, {240, 0, 16, 8, 24, true}}};
 
 /// The vertical is a direction of the scene even where no surface faces it.
 std::vector<MainNormal>
@@ -117,14 +97,13 @@ public:
   PatchRegistration(const PatchScan& source,
                     const PatchScan& target,
                     const Options& options,
+                    const Eigen::Isometry3d* guess = nullptr,
                     const Deadline& deadline = Deadline())
-      : source_(source), target_(target), options_(options), deadline_(deadline),
-        scale_(std::max(source.scale, target.scale)),
-        noise_(std::max(source.thickness, target.thickness) / (kThickness * scale_)),
-        either_side_(!(source.patches.samples.oriented && target.patches.samples.oriented &&
-                       source.viewpoint_used == target.viewpoint_used)),
-        threads_(static_cast<int>(threadCount(options)))
+      : source_(source), target_(target), options_(options), pair_(source, target, options, guess, deadline),
+        priors_(pair_.priors()), scale_(pair_.scale()), threads_(pair_.threads())
   {
+    if (guess)
+      guess_ = pair_.toInner(*guess);
     source_normals_ = source.main_normals;
     target_normals_ = target.main_normals;
     if (options.gravity) {
@@ -134,10 +113,8 @@ public:
   }
 
   Result
-  run(const Eigen::Isometry3d* guess)
+  run()
   {
-    if (guess && options_.guess_tolerance)
-      prior_ = toInner(*guess);
     result_.source_viewpoint_used = source_.viewpoint_used;
     result_.target_viewpoint_used = target_.viewpoint_used;
     result_.source_viewpoint_found = source_.viewpoint_found;
@@ -154,35 +131,38 @@ public:
     if (!checkScans())
       return result_;
     const std::vector<RotationCandidate> rotations = proposeRotations();
-    if (rotations.empty() && !guess)
+    if (rotations.empty() && !guess_)
       return settle(Status::NoCandidate, "no rotation lays the main normals of the scans on each other");
     std::vector<JudgedPose> poses;
     for (const Effort& effort : kEfforts) {
       std::vector<PoseHypothesis> hypotheses = searchPoses(rotations, searchOptions(effort));
       hypotheses.resize(std::min(hypotheses.size(), effort.poses));
       const auto few = hypotheses.begin() + static_cast<std::ptrdiff_t>(promising(hypotheses, effort));
-      std::vector<JudgedPose> found = refineCoarsely({hypotheses.begin(), few}, guess, effort);
+      std::vector<JudgedPose> found = refineCoarsely({hypotheses.begin(), few}, true, effort);
       refineFinely(found);
       if (few != hypotheses.end() && !isClear(found) && !outOfTime()) {
-        std::vector<JudgedPose> others = refineCoarsely({few, hypotheses.end()}, nullptr, effort);
+        std::vector<JudgedPose> others = refineCoarsely({few, hypotheses.end()}, false, effort);
         refineFinely(others);
         found.insert(found.end(), others.begin(), others.end());
       }
+      dropKnown(found, poses);
       found.insert(found.end(), poses.begin(), poses.end());
       poses = keepDistinct(std::move(found), effort.distinct);
-      const std::size_t equals = poses.empty() ? 0 : conclude(poses);
-      if (result_.accepted() || (result_.status == Status::Ambiguous && equals > 1) || outOfTime())
+      guess_decides_ = false;
+      const bool last = &effort == &kEfforts.back();
+      if (poses.empty() || (!last && !isSettled(poses)))
+        continue;
+      preferGuess(poses);
+      polishBest(poses);
+      // The polish may find that a pose is not as good as it seemed: a reason to look further.
+      if (isSettled(poses) || isClear(poses))
         break;
     }
-    if (poses.empty()) {
-      result_.candidates.clear();
-      return outOfTime() ? settle(Status::TimeLimit, "the time limit ran out before a pose could be judged")
-                         : settle(Status::NoCandidate, nothingFound());
-    }
-    preferGuess(poses, guess);
-    polishBest(poses, guess);
-    conclude(poses);
-    return result_;
+    if (!poses.empty())
+      return result_;
+    result_.candidates.clear();
+    return outOfTime() ? settle(Status::TimeLimit, "the time limit ran out before a pose could be judged")
+                       : settle(Status::NoCandidate, nothingFound());
   }
 
   /// What every effort tries.
@@ -209,24 +189,28 @@ public:
   judged(const Eigen::Isometry3d& T_target_source, bool refine) const
   {
     JudgedPose pose;
-    pose.T_target_source = toInner(T_target_source);
+    pose.T_target_source = pair_.toInner(T_target_source);
     if (refine)
-      pose.T_target_source = refineOnPatches(pose.T_target_source);
-    judgeFinely(pose);
+      pose.T_target_source = pair_.refinedFinely(pose.T_target_source);
+    pair_.judgeFinely(pose);
     return makeCandidate(pose);
-  }
-
-  VisibilityOptions
-  judgement() const
-  {
-    return visibility(matchDistance(), kNormals);
   }
 
 private:
   bool
   outOfTime() const
   {
-    return deadline_.hasPassed();
+    return pair_.outOfTime();
+  }
+
+  /// Conclude from the judged poses, best first. \return whether there is nothing more to look for: the best pose is
+  /// surely right, or others explain the scans as well, or time has run out
+  bool
+  isSettled(const std::vector<JudgedPose>& poses)
+  {
+    const std::size_t equals = conclude(poses);
+    return (result_.accepted() && result_.confidence >= kSureConfidence) ||
+           (result_.status == Status::Ambiguous && equals > 1) || outOfTime();
   }
 
   /// What there is to say, for now.
@@ -242,7 +226,7 @@ private:
   nothingFound() const
   {
     return std::string("no ") +
-           (prior_             ? "pose within the tolerance of the guess"
+           (priors_.guess()    ? "pose within the tolerance of the guess"
             : options_.gravity ? "pose that keeps the given vertical"
                                : "translation") +
            " lays surfaces of the scans on each other";
@@ -269,7 +253,7 @@ private:
       const std::vector<MainNormal>& normals = scan == &source_ ? source_normals_ : target_normals_;
       if (!hasPair(normals, RotationOptions{}) && few_directions_.empty())
         few_directions_ = name + " has planes in fewer than two directions";
-      if (normals.empty() && !prior_) {
+      if (normals.empty() && !priors_.guess()) {
         settle(Status::TooFewDirections, name + " has no planes: its rotation cannot be observed");
         return false;
       }
@@ -289,92 +273,6 @@ private:
     return axes;
   }
 
-  VisibilityOptions
-  visibility(double distance, double angle) const
-  {
-    VisibilityOptions options;
-    options.match.either_side = either_side_;
-    options.match.min_cos = static_cast<float>(std::cos(angle));
-    options.match.distance = static_cast<float>(distance * scale_ * noise_);
-    options.match.lateral = static_cast<float>(kLateral * scale_);
-    options.free_margin = options.hidden_margin = static_cast<float>(kFreeMargin * scale_);
-    return options;
-  }
-
-  /// Tolerance of a match that the caller may have set (Options::overlap_radius).
-  double
-  matchDistance() const
-  {
-    // Callers of ICP are used to generous radii; beyond the coarse tolerance the evidence would tell nothing.
-    return options_.overlap_radius > 0 ? std::min(options_.overlap_radius / (scale_ * noise_), kLooseMatch) : kMatch;
-  }
-
-  RefinementOptions
-  refinement(double reach, double final_distance, double angle, int steps) const
-  {
-    RefinementOptions options;
-    options.match = visibility(reach, angle).match;
-    options.final_distance = final_distance * scale_ * noise_;
-    options.steps = steps;
-    options.deadline = deadline_;
-    if (options_.gravity)
-      options.vertical = KnownVertical{options_.gravity->up_source, options_.gravity->up_target, tiltDeviation()};
-    return options;
-  }
-
-  /// Standard deviation of the given vertical beside what the matches claim of theirs [rad].
-  double
-  tiltDeviation() const
-  {
-    return std::max(options_.gravity->tolerance / (kToleranceDeviations * kOptimism), kLeastDeviation);
-  }
-
-  static const RangeImage*
-  freeSpace(const PatchScan& scan)
-  {
-    return scan.range_image.empty() ? nullptr : &scan.range_image;
-  }
-
-  /// Whether contradictions can be seen at all, both ways.
-  bool
-  seesFreeSpace() const
-  {
-    return freeSpace(source_) && freeSpace(target_);
-  }
-
-  /// Evidence of both scans, each laid into the other.
-  SurfaceEvidence
-  evidence(const Eigen::Isometry3d& T, const VisibilityOptions& options) const
-  {
-    SurfaceEvidence both = collectEvidence(source_.patches.samples, target_.index, freeSpace(target_), T, options);
-    SurfaceEvidence back =
-        collectEvidence(target_.patches.samples, source_.index, freeSpace(source_), T.inverse(), options);
-    back.matched_normals = (T.linear() * back.matched_normals * T.linear().transpose()).eval();
-    back.visible_normals = (T.linear() * back.visible_normals * T.linear().transpose()).eval();
-    return both += back;
-  }
-
-  void
-  judge(JudgedPose& pose, double distance, double angle) const
-  {
-    rate(pose, evidence(pose.T_target_source, visibility(distance, angle)));
-  }
-
-  void
-  judgeFinely(JudgedPose& pose) const
-  {
-    judge(pose, matchDistance(), kNormals);
-  }
-
-  /// Whether a rotation agrees with the gravity prior, where there is one, within its tolerance and at least \p least
-  /// [rad].
-  bool
-  keepsGivenVertical(const Eigen::Matrix3d& R_target_source, double least) const
-  {
-    return !options_.gravity ||
-           keepsVertical(R_target_source, *options_.gravity, std::max(options_.gravity->tolerance, least));
-  }
-
   /// METHOD stages 6 to 8, merged and ranked (METHOD point 3); where main normals do not tell the rotation, also such
   /// all around.
   std::vector<RotationCandidate>
@@ -387,7 +285,7 @@ private:
     std::vector<RotationCandidate> rotations =
         pcl_ssfr::proposeRotations(source_normals_, target_normals_, rotation, static_cast<unsigned>(threads_));
     const auto contradicts_priors = [&](const RotationCandidate& r) {
-      return !keepsGivenVertical(r.R_target_source, kRefitAngle) || !isNearGuess(r.R_target_source, kRefitAngle);
+      return !priors_.allow(r.R_target_source, Exactness::Proposed);
     };
     rotations.erase(std::remove_if(rotations.begin(), rotations.end(), contradicts_priors), rotations.end());
     const std::size_t all = rotations.size();
@@ -396,9 +294,9 @@ private:
          sweepRotations(sweepAxes(source_normals_, source_), sweepAxes(target_normals_, target_), kSweepSteps))
       if (!contradicts_priors(r))
         rotations.push_back(r);
-    if (prior_) {
+    if (priors_.guess()) {
       rotations.emplace_back();
-      rotations.back().R_target_source = prior_->linear();
+      rotations.back().R_target_source = priors_.guess()->linear();
     }
     report("rotations", all, rotations.size());
     return rotations;
@@ -419,8 +317,8 @@ private:
       search.contradiction_weight = kContradictionWeight;
     search.peak_separation = kDistinctDistance * scale_;
     search.step = kSearchStep * scale_;
-    search.visibility = visibility(kFreeMargin, kLooseNormals);
-    search.deadline = deadline_;
+    search.visibility = pair_.searchTolerances();
+    search.deadline = pair_.deadline();
     return search;
   }
 
@@ -439,15 +337,13 @@ private:
         return;
       const Eigen::Matrix3d& R = begin[i].R_target_source;
       PoseSearchOptions near = search;
-      if (prior_)
-        near.window = ShiftWindow{*prior_ * source_.viewpoint - R * source_.viewpoint,
-                                  options_.guess_tolerance->translation + search.peak_separation};
+      near.window = priors_.shiftWindow(R, search.peak_separation);
       found[static_cast<std::size_t>(i)] = searchTranslations(source_.patches.samples,
                                                               source_.votes,
                                                               target_.patches.samples,
                                                               target_normals_,
                                                               target_.index,
-                                                              freeSpace(target_),
+                                                              pair_.targetImage(),
                                                               R,
                                                               near);
     });
@@ -505,11 +401,16 @@ private:
     });
   }
 
-  /// Whether two poses count as one.
-  bool
-  isSamePlace(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) const
+  /// Drop the poses that are one of those that are polished: what was found of it is more exact.
+  void
+  dropKnown(std::vector<JudgedPose>& poses, const std::vector<JudgedPose>& known) const
   {
-    return shiftBetween(a, b, source_.viewpoint) < kDistinctDistance * scale_ && turnBetween(a, b) < kDistinctAngle;
+    const auto is_known = [&](const JudgedPose& pose) {
+      return std::any_of(known.begin(), known.end(), [&](const JudgedPose& other) {
+        return other.polish && pair_.isSamePlace(pose.T_target_source, other.T_target_source);
+      });
+    };
+    poses.erase(std::remove_if(poses.begin(), poses.end(), is_known), poses.end());
   }
 
   /// The best of poses that differ, at most \p most.
@@ -522,7 +423,7 @@ private:
       if (distinct.size() >= most)
         break;
       const bool known = std::any_of(distinct.begin(), distinct.end(), [&](const JudgedPose& other) {
-        return isSamePlace(pose.T_target_source, other.T_target_source);
+        return pair_.isSamePlace(pose.T_target_source, other.T_target_source);
       });
       if (!known)
         distinct.push_back(pose);
@@ -530,77 +431,27 @@ private:
     return distinct;
   }
 
-  /// Drop the poses that map the vertical farther than \p tolerance [rad] from where it is given, the guess included.
-  void
-  dropTilted(std::vector<JudgedPose>& poses, double tolerance) const
-  {
-    poses.erase(std::remove_if(poses.begin(),
-                               poses.end(),
-                               [&](const JudgedPose& pose) {
-                                 return !keepsVertical(pose.T_target_source.linear(), *options_.gravity, tolerance);
-                               }),
-                poses.end());
-  }
-
-  /// Whether a rotation is within the tolerance of the guess, where one was given, widened by \p margin [rad].
-  bool
-  isNearGuess(const Eigen::Matrix3d& R_target_source, double margin) const
-  {
-    return !prior_ || angleBetween(prior_->linear(), R_target_source) <= options_.guess_tolerance->rotation + margin;
-  }
-
-  /// Drop the poses outside of the tolerance of the guess, widened by some margins [rad], [m].
-  void
-  dropFarFromGuess(std::vector<JudgedPose>& poses, double angle_margin, double margin) const
-  {
-    if (!prior_)
-      return;
-    const double reach = options_.guess_tolerance->translation + margin;
-    poses.erase(std::remove_if(poses.begin(),
-                               poses.end(),
-                               [&](const JudgedPose& pose) {
-                                 const Eigen::Isometry3d& T = pose.T_target_source;
-                                 return !isNearGuess(T.linear(), angle_margin) ||
-                                        shiftBetween(T, *prior_, source_.viewpoint) > reach;
-                               }),
-                poses.end());
-  }
-
-  /// Drop the finely refined poses that a prior excludes.
-  void
-  dropAgainstPriors(std::vector<JudgedPose>& poses) const
-  {
-    if (options_.gravity)
-      dropTilted(poses, options_.gravity->tolerance + kGravityMargin);
-    dropFarFromGuess(poses, kGravityMargin, 0);
-  }
-
   std::vector<JudgedPose>
-  refineCoarsely(const std::vector<PoseHypothesis>& hypotheses, const Eigen::Isometry3d* guess, const Effort& effort)
+  refineCoarsely(const std::vector<PoseHypothesis>& hypotheses, bool with_guess, const Effort& effort)
   {
-    constexpr int kSteps = 6;
     std::vector<JudgedPose> poses(hypotheses.size());
     for (std::size_t i = 0; i < hypotheses.size(); ++i)
       poses[i].T_target_source = hypotheses[i].T_target_source;
-    if (guess) {
+    if (with_guess && guess_) {
       poses.emplace_back();
-      poses.back().T_target_source = toInner(*guess);
+      poses.back().T_target_source = *guess_;
       poses.back().from_guess = true;
     }
     forEachPose(poses, [&](JudgedPose& pose) {
       if (outOfTime())
         return; // without evidence it is dropped below
-      const RefinementOptions options = refinement(kCoarseReach, kCoarseFinal, kLooseNormals, kSteps);
-      pose.T_target_source =
-          refinePatches(source_.coarse, target_.index, pose.T_target_source, options).T_target_source;
-      judge(pose, kLooseMatch, kLooseNormals);
+      pose.T_target_source = pair_.refinedCoarsely(pose.T_target_source);
+      pair_.judgeCoarsely(pose);
     });
     poses.erase(
         std::remove_if(poses.begin(), poses.end(), [](const JudgedPose& pose) { return !(pose.evidence.matched > 0); }),
         poses.end());
-    if (options_.gravity) // what comes in is not yet exact
-      dropTilted(poses, std::max(options_.gravity->tolerance, kRefitAngle));
-    dropFarFromGuess(poses, kRefitAngle, kDistinctDistance * scale_);
+    priors_.dropOthers(poses, Exactness::Proposed); // what comes in is not yet exact
     const auto kept_guess = std::find_if(poses.begin(), poses.end(), [](const JudgedPose& p) { return p.from_guess; });
     std::vector<JudgedPose> distinct = keepDistinct(poses, effort.distinct);
     // Whether the guess is right is for the finer stages to say.
@@ -611,15 +462,6 @@ private:
     return distinct;
   }
 
-  Eigen::Isometry3d
-  refineOnPatches(const Eigen::Isometry3d& T_target_source) const
-  {
-    constexpr int kSteps = 15;
-    RefinementOptions options = refinement(kFineReach, kFineFinal, kNormals, kSteps);
-    options.min_step = kFineStep * scale_;
-    return refinePatches(source_.patches, target_.index, T_target_source, options).T_target_source;
-  }
-
   void
   refineFinely(std::vector<JudgedPose>& poses)
   {
@@ -627,11 +469,11 @@ private:
     const double best = poses.empty() ? 0 : poses.front().score;
     forEachPose(poses, [&](JudgedPose& pose) {
       const bool hopeless = !pose.from_guess && best > kClearScore && pose.score < kHopelessShare * best;
-      judgeFinely(pose);
+      pair_.judgeFinely(pose);
       if (options_.refine && !outOfTime() && !hopeless)
-        moveUnlessWorse(pose, refineOnPatches(pose.T_target_source));
+        pair_.moveUnlessWorse(pose, pair_.refinedFinely(pose.T_target_source));
     });
-    dropAgainstPriors(poses);
+    priors_.dropOthers(poses, Exactness::Refined);
     poses = keepDistinct(std::move(poses), before);
     report("fine refinement", before, poses.size());
   }
@@ -639,16 +481,15 @@ private:
   /// Among poses that explain the scans equally well, take the one next to the caller's guess; when it is clearly the
   /// nearest, the guess has told them apart and the answer is no longer ambiguous.
   void
-  preferGuess(std::vector<JudgedPose>& poses, const Eigen::Isometry3d* guess)
+  preferGuess(std::vector<JudgedPose>& poses)
   {
-    if (!guess || poses.size() < 2)
+    if (!guess_ || poses.size() < 2)
       return;
-    const Eigen::Isometry3d wanted = toInner(*guess);
     const auto distance = [&](const JudgedPose& pose) {
       const Eigen::Isometry3d& T = pose.T_target_source;
-      return shiftBetween(T, wanted, source_.viewpoint) + source_.extent.radius * turnBetween(T, wanted);
+      return shiftBetween(T, *guess_, source_.viewpoint) + source_.extent.radius * turnBetween(T, *guess_);
     };
-    const double least = ambiguousRatio(seesFreeSpace()) * poses.front().score;
+    const double least = ambiguousRatio(pair_.seesFreeSpace()) * poses.front().score;
     std::size_t nearest = 0;
     double second = std::numeric_limits<double>::infinity();
     for (std::size_t i = 1; i < poses.size() && poses[i].score >= least; ++i) {
@@ -666,21 +507,23 @@ private:
   /// Polish the best pose and, unless the guess has told them apart, the rivals that come near it: which of them is
   /// best must not hang on how far the coarser refinements got.
   void
-  polishBest(std::vector<JudgedPose>& poses, const Eigen::Isometry3d* guess)
+  polishBest(std::vector<JudgedPose>& poses)
   {
     const double least = kPolishedShare * poses.front().score;
     std::size_t polished = 1;
     while (!guess_decides_ && polished < std::min(poses.size(), kMaxPolished) && poses[polished].score >= least)
       ++polished;
-    std::vector<Refinement> polishes;
+    std::size_t points = 0;
     for (std::size_t i = 0; i < polished && (i == 0 || !outOfTime()); ++i)
-      polishes.push_back(polish(poses[i]));
+      if (!poses[i].polish) {
+        pair_.polish(poses[i]);
+        points += static_cast<std::size_t>(source_.surface.points.cols() + target_.surface.points.cols());
+      }
     // The guess has ordered the equals; otherwise the score decides.
     std::size_t best = 0;
-    for (std::size_t i = 1; !guess && i < polishes.size(); ++i)
-      if (poses[i].score > poses[best].score)
+    for (std::size_t i = 1; !guess_ && i < polished; ++i)
+      if (poses[i].polish && poses[i].score > poses[best].score)
         best = i;
-    polish_ = polishes[best];
     std::rotate(poses.begin(),
                 poses.begin() + static_cast<std::ptrdiff_t>(best),
                 poses.begin() + static_cast<std::ptrdiff_t>(best) + 1);
@@ -690,12 +533,9 @@ private:
     const Eigen::Isometry3d T_best = poses.front().T_target_source;
     poses.erase(std::remove_if(poses.begin() + 1,
                                poses.end(),
-                               [&](const JudgedPose& pose) { return isSamePlace(pose.T_target_source, T_best); }),
+                               [&](const JudgedPose& pose) { return pair_.isSamePlace(pose.T_target_source, T_best); }),
                 poses.end());
-    report("polish",
-           static_cast<std::uint64_t>(static_cast<Eigen::Index>(polishes.size()) *
-                                      (source_.surface.points.cols() + target_.surface.points.cols())),
-           static_cast<std::uint64_t>(polish_.matches));
+    report("polish", points, static_cast<std::uint64_t>(poses.front().polish->matches));
   }
 
   /// Where the scans hardly tell a pose along some directions, as level rings hardly tell its tilt, a refinement ends
@@ -704,34 +544,35 @@ private:
   void
   searchBeside(JudgedPose& best)
   {
-    for (int round = 0; round < kBesideRounds && best.score > 0 && !outOfTime() && !isSureOfTurn(); ++round) {
+    for (int round = 0; round < kBesideRounds && best.score > 0 && !outOfTime() && !isSureOfTurn(*best.polish);
+         ++round) {
       std::vector<JudgedPose> beside = placesBeside(best);
       forEachPose(beside, [&](JudgedPose& pose) {
         if (outOfTime())
           return;
-        judgeFinely(pose);
+        pair_.judgeFinely(pose);
         if (pose.score < kBesideShare * best.score)
           return;
-        pose.T_target_source = refineOnPatches(pose.T_target_source);
-        judgeFinely(pose);
+        pose.T_target_source = pair_.refinedFinely(pose.T_target_source);
+        pair_.judgeFinely(pose);
       });
-      dropAgainstPriors(beside);
+      priors_.dropOthers(beside, Exactness::Refined);
       sortByScore(beside);
       if (outOfTime() || beside.empty() || beside.front().score < kBesideGain * best.score)
         return;
-      const Refinement polished = polish(beside.front());
+      pair_.polish(beside.front());
       if (beside.front().score < kBesideGain * best.score)
         return;
       best = beside.front();
-      polish_ = polished;
     }
   }
 
   /// Whether the matches of the polish and the priors tell every turn so well that there is one place only.
   bool
-  isSureOfTurn() const
+  isSureOfTurn(const Refinement& polish) const
   {
-    return largestRotationDeviation(polish_, kNoiseFloor * scale_, kAlikePoints, rotationPrior()).deviation < kSureTurn;
+    return largestRotationDeviation(polish, kNoiseFloor * scale_, kAlikePoints, priors_.rotationInformation())
+               .deviation < kSureTurn;
   }
 
   /// The polished best pose, moved to and fro along what the matches tell least about.
@@ -739,81 +580,27 @@ private:
   placesBeside(const JudgedPose& best) const
   {
     std::vector<JudgedPose> beside;
-    const std::vector<MotionStrength> motions = rankMotions(polish_);
+    const Eigen::Vector3d& centre = best.polish->centre;
+    const std::vector<MotionStrength> motions = rankMotions(*best.polish);
     for (std::size_t k = 0; k < std::min(kBesideDirections, motions.size()); ++k)
       if (motions[k].strength < kBesideStrength)
         for (const double distance : kBesideDistances)
           for (const int sign : {-1, 1}) {
-            beside.push_back(best);
-            beside.back().T_target_source = Eigen::Translation3d(polish_.centre) *
-                                            expSe3(sign * distance * scale_ * motions[k].motion) *
-                                            Eigen::Translation3d(-polish_.centre) * best.T_target_source;
+            JudgedPose place = best;
+            place.polish.reset();
+            place.T_target_source = Eigen::Translation3d(centre) *
+                                    expSe3(sign * distance * scale_ * motions[k].motion) *
+                                    Eigen::Translation3d(-centre) * best.T_target_source;
+            beside.push_back(place);
           }
     return beside;
-  }
-
-  /// Points of each scan onto the patches of the other.
-  Refinement
-  polish(JudgedPose& pose) const
-  {
-    RefinementOptions options = refinement(kPolishReach, kPolishFinal, kNormals, options_.max_refinement_steps);
-    options.threads = threads_;
-    if (options.vertical) // the errors of points on one patch are not independent
-      options.vertical->deviation /= std::sqrt(kAlikePoints);
-    const auto run = [&] {
-      return refineMutual(
-          source_.surface, source_.index, target_.surface, target_.index, pose.T_target_source, options);
-    };
-    if (options_.refine && !outOfTime()) {
-      Refinement refined = run();
-      if (isPolished(pose.T_target_source, refined.T_target_source) && moveUnlessWorse(pose, refined.T_target_source))
-        return refined;
-    }
-    // What is told of the pose must be told of the one that is returned.
-    options.steps = 1;
-    options.match.distance = static_cast<float>(options.final_distance);
-    return run();
-  }
-
-  /// Take a pose to where a refinement has led it, if it explains the scans about as well there, or better: a
-  /// refinement may be drawn away by what moved, or by patches of few points.
-  bool
-  moveUnlessWorse(JudgedPose& pose, const Eigen::Isometry3d& T_refined) const
-  {
-    JudgedPose refined = pose;
-    refined.T_target_source = T_refined;
-    judgeFinely(refined);
-    if (refined.score < std::min(kKeptScore * pose.score, pose.score))
-      return false;
-    pose = refined;
-    return true;
-  }
-
-  /// Whether the polish did not walk away from the pose that it was given.
-  bool
-  isPolished(const Eigen::Isometry3d& before, const Eigen::Isometry3d& after) const
-  {
-    return isSamePlace(after, before) &&
-           (!options_.gravity ||
-            keepsVertical(after.linear(), *options_.gravity, options_.gravity->tolerance + kGravityMargin));
-  }
-
-  Eigen::Isometry3d
-  toInner(const Eigen::Isometry3d& T) const
-  {
-    return Eigen::Translation3d(-target_.origin) * T * Eigen::Translation3d(source_.origin);
-  }
-  Eigen::Isometry3d
-  toOuter(const Eigen::Isometry3d& T) const
-  {
-    return Eigen::Translation3d(target_.origin) * T * Eigen::Translation3d(-source_.origin);
   }
 
   Candidate
   makeCandidate(const JudgedPose& pose) const
   {
     Candidate candidate = describe(pose);
-    candidate.T_target_source = toOuter(pose.T_target_source);
+    candidate.T_target_source = pair_.toOuter(pose.T_target_source);
     return candidate;
   }
 
@@ -831,30 +618,16 @@ private:
     result_.T_target_source = best.T_target_source;
     result_.overlap = best.overlap;
     result_.contradiction = best.contradiction;
-    result_.rmse = polish_.rms;
-    if (polish_.matches > 0)
-      result_.information = informationMatrix(polish_, target_.origin, kNoiseFloor * scale_, kAlikePoints);
-    const Decision decision = decide(poses, polish_, decisionContext());
+    const Refinement polish = poses.front().polish.value_or(Refinement());
+    result_.rmse = polish.rms;
+    result_.information.setZero();
+    if (polish.matches > 0)
+      result_.information = informationMatrix(polish, target_.origin, kNoiseFloor * scale_, kAlikePoints);
+    const Decision decision = decide(poses, polish, decisionContext());
     result_.confidence = decision.confidence;
     result_.unobservable = decision.unobservable;
     settle(decision.status, decision.message);
     return decision.equals;
-  }
-
-  /// What the priors tell of the rotation, beside what the matches claim: a guess as much as its tolerance says, a
-  /// vertical as much as it has told the refinements.
-  Eigen::Matrix3d
-  rotationPrior() const
-  {
-    const auto information = [](double deviation) { return 1 / std::pow(std::max(deviation, kLeastDeviation), 2); };
-    Eigen::Matrix3d prior = Eigen::Matrix3d::Zero();
-    if (prior_)
-      prior += information(options_.guess_tolerance->rotation) * Eigen::Matrix3d::Identity();
-    if (options_.gravity) {
-      const Eigen::Vector3d up = options_.gravity->up_target.normalized();
-      prior += information(tiltDeviation()) * (Eigen::Matrix3d::Identity() - up * up.transpose());
-    }
-    return prior;
   }
 
   DecisionContext
@@ -864,19 +637,18 @@ private:
     context.min_confidence = options_.min_confidence;
     context.scale = scale_;
     context.noise_floor = kNoiseFloor * scale_;
-    context.free_space = seesFreeSpace();
+    context.free_space = pair_.seesFreeSpace();
     context.source_viewpoint = source_.viewpoint;
     context.target_viewpoint = target_.viewpoint;
-    context.rotation_prior = rotationPrior();
+    context.rotation_prior = priors_.rotationInformation();
     context.guess_decides = guess_decides_;
     context.few_directions = few_directions_;
     return context;
   }
 
-  static constexpr double kKeptScore =
-      0.9; // share of the score that a refinement, which makes the pose more exact, may cost
   static constexpr std::size_t kMaxRotations = 24;
   static constexpr std::size_t kFirstRotations = 6;
+  static constexpr double kSureConfidence = 0.9; // what is accepted with less is held against what else there is
   static constexpr double kClearScore = 0.2;
   static constexpr double kClearShare = 0.65; // of the matched voices, that contradictions leave of the score
   static constexpr std::size_t kSweepAxes = 2;
@@ -896,16 +668,14 @@ private:
   const PatchScan& source_;
   const PatchScan& target_;
   const Options& options_;
-  Deadline deadline_;
-  double scale_;
-  double noise_; ///< of the scans, 1 when usual
-  bool either_side_;
-  int threads_;
+  const ScanPair pair_;
+  const PosePriors& priors_;
+  const double scale_;
+  const int threads_;
+  std::optional<Eigen::Isometry3d> guess_; ///< inner frames
   std::vector<MainNormal> source_normals_, target_normals_;
-  std::optional<Eigen::Isometry3d> prior_; ///< the guess between the inner frames, where its tolerance is given
-  std::string few_directions_;             ///< which scan has planes in fewer than two directions; empty: none
+  std::string few_directions_; ///< which scan has planes in fewer than two directions; empty: none
   bool guess_decides_ = false;
-  Refinement polish_;
   StageClock clock_;
   Result result_;
 };
@@ -919,7 +689,7 @@ registerPatchScans(const PatchScan& source,
                    const Eigen::Isometry3d* guess,
                    const Deadline& deadline)
 {
-  return PatchRegistration(source, target, options, deadline).run(guess);
+  return PatchRegistration(source, target, options, guess, deadline).run();
 }
 
 std::vector<PatchSearch>
@@ -941,7 +711,7 @@ judgePose(const PatchScan& source,
 VisibilityOptions
 judgementOptions(const PatchScan& source, const PatchScan& target, const Options& options)
 {
-  return PatchRegistration(source, target, options).judgement();
+  return ScanPair(source, target, options, nullptr, Deadline()).fineTolerances();
 }
 
 } // namespace pcl_ssfr

@@ -179,11 +179,12 @@ TEST(Decision, APoseThatLaysSensorOnSensorIsDoubtedEarlier)
 
 TEST(Decision, ARivalThatTakesAwayTheConfidence)
 {
-  const Decision d = decide({poseAt(kX, 0.2, 0.006), poseAt(9 * kX, 0.19, 0.0057)}, polishInARoom(), DecisionContext());
+  const Decision d =
+      decide({poseAt(kX, 0.2, 0.009), poseAt(9 * kX, 0.19, 0.00855)}, polishInARoom(), DecisionContext());
   EXPECT_EQ(d.equals, 1U);
   EXPECT_EQ(d.status, Status::Ambiguous);
   EXPECT_THAT(d.message, HasSubstr("nearly as well: the strongest rival lies 8.00 m"));
-  EXPECT_EQ(decide({poseAt(kX, 0.2, 0.006)}, polishInARoom(), DecisionContext()).status, Status::Converged);
+  EXPECT_EQ(decide({poseAt(kX, 0.2, 0.009)}, polishInARoom(), DecisionContext()).status, Status::Converged);
 }
 
 TEST(Decision, SurfaceInFreeSpace)

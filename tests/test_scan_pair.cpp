@@ -1,0 +1,241 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#include "pose_matchers.h"
+#include "scan_pair.h"
+#include "scan_views.h"
+#include "synthetic_scene.h"
+
+#include <gtest/gtest.h>
+
+#include <cstddef>
+#include <initializer_list>
+
+namespace pcl_ssfr {
+namespace {
+
+using testing::IsPoseNear;
+using testing::viewOfPoints;
+
+Eigen::Isometry3d
+motion(const Eigen::Vector3d& axis, double angle, const Eigen::Vector3d& shift)
+{
+  return Eigen::Translation3d(shift) * Eigen::AngleAxisd(angle, axis.normalized());
+}
+
+JudgedPose
+at(const Eigen::Isometry3d& T_target_source)
+{
+  JudgedPose pose;
+  pose.T_target_source = T_target_source;
+  return pose;
+}
+
+/// Two scans of a furnished room, prepared once for all tests.
+class ScanPairOfARoom : public ::testing::Test {
+protected:
+  static void
+  SetUpTestSuite()
+  {
+    const testing::Scene scene = testing::makeFurnishedRoom(1);
+    const Eigen::Isometry3d T_world_target = testing::sensorPose(scene.stations.at(0), 0.1);
+    const Eigen::Isometry3d T_world_source = testing::sensorPose(scene.stations.at(1), 1.85, 0.2);
+    const auto prepared = [&](const Eigen::Isometry3d& T_world_sensor, std::uint64_t seed) {
+      const Eigen::Matrix3Xf points = testing::castScan(scene, T_world_sensor, testing::roomScanner(0.0262), seed);
+      return preparePatchScan(viewOfPoints(points), Options());
+    };
+    source_ = new PatchScan(prepared(T_world_source, 12));
+    target_ = new PatchScan(prepared(T_world_target, 11));
+    truth_ = testing::relativePose(T_world_target, T_world_source);
+  }
+
+  static void
+  TearDownTestSuite()
+  {
+    delete source_;
+    delete target_;
+  }
+
+  static ScanPair
+  pair(const Options& options, const Deadline& deadline = Deadline())
+  {
+    return ScanPair(*source_, *target_, options, nullptr, deadline);
+  }
+
+  static inline PatchScan* source_ = nullptr;
+  static inline PatchScan* target_ = nullptr;
+  static inline Eigen::Isometry3d truth_ = Eigen::Isometry3d::Identity(); ///< between the sensors' frames
+  const Options options_ = Options();
+};
+
+TEST_F(ScanPairOfARoom, FramesThereAndBack)
+{
+  const ScanPair scans = pair(options_);
+  const Eigen::Isometry3d inner = scans.toInner(truth_);
+  EXPECT_THAT(scans.toOuter(inner), IsPoseNear(truth_, 1e-12, 1e-12));
+  // The same place, told in both frames.
+  const Eigen::Vector3d p(0.3, -0.4, 0.5);
+  EXPECT_TRUE((truth_ * p - target_->origin).isApprox(inner * (p - source_->origin), 1e-9));
+}
+
+TEST_F(ScanPairOfARoom, TheTruthExplainsMoreThanOtherPoses)
+{
+  const ScanPair scans = pair(options_);
+  JudgedPose truth = at(scans.toInner(truth_));
+  scans.judgeFinely(truth);
+  EXPECT_GT(truth.score, 0.4);
+  testing::Random random(1);
+  for (int trial = 0; trial < 20; ++trial) {
+    JudgedPose other = at(motion(testing::randomRotation(random).col(0),
+                                 random.uniform(0.3, 3),
+                                 random.uniform(0.5, 2) * testing::randomRotation(random).col(0)) *
+                          truth.T_target_source);
+    scans.judgeFinely(other);
+    EXPECT_LT(other.score, 0.7 * truth.score) << trial;
+  }
+}
+
+TEST_F(ScanPairOfARoom, RolesDoNotMatter)
+{
+  const ScanPair scans = pair(options_);
+  const ScanPair back(*target_, *source_, options_, nullptr, Deadline());
+  for (const double shift : {0.0, 0.05, 0.5}) {
+    JudgedPose pose = at(motion(Eigen::Vector3d::UnitZ(), shift, Eigen::Vector3d(shift, 0, 0)) * scans.toInner(truth_));
+    JudgedPose inverse = at(pose.T_target_source.inverse());
+    scans.judgeFinely(pose);
+    back.judgeFinely(inverse);
+    EXPECT_NEAR(pose.score, inverse.score, 1e-6);
+    EXPECT_NEAR(pose.evidence.matched, inverse.evidence.matched, 1e-6 * pose.evidence.total);
+    // Evidence by direction is told in the frame of the target.
+    const Eigen::Matrix3d R = pose.T_target_source.linear();
+    EXPECT_TRUE((R * inverse.evidence.matched_normals * R.transpose()).isApprox(pose.evidence.matched_normals, 1e-5));
+  }
+}
+
+TEST_F(ScanPairOfARoom, EachRefinementFromAsFarAsItReaches)
+{
+  const ScanPair scans = pair(options_);
+  const Eigen::Isometry3d truth = scans.toInner(truth_);
+  testing::Random random(2);
+  for (int trial = 0; trial < 10; ++trial) {
+    const Eigen::Vector3d axis = testing::randomRotation(random).col(0);
+    const Eigen::Vector3d shift = testing::randomRotation(random).col(0);
+    EXPECT_THAT(scans.refinedCoarsely(motion(axis, 0.08, 0.2 * shift) * truth), IsPoseNear(truth, 0.03, 0.06)) << trial;
+    EXPECT_THAT(scans.refinedFinely(motion(axis, 0.03, 0.06 * shift) * truth), IsPoseNear(truth, 0.005, 0.01)) << trial;
+    JudgedPose pose = at(motion(axis, 0.01, 0.02 * shift) * truth);
+    scans.judgeFinely(pose);
+    scans.polish(pose);
+    EXPECT_THAT(pose.T_target_source, IsPoseNear(truth, 0.003, 0.004)) << trial;
+    ASSERT_TRUE(pose.polish);
+    EXPECT_EQ(pose.polish->T_target_source.matrix(), pose.T_target_source.matrix());
+    EXPECT_GT(pose.polish->matches, 100);
+  }
+}
+
+TEST_F(ScanPairOfARoom, NoPolishLeavesThePoseAndTellsOfIt)
+{
+  const Eigen::Isometry3d start =
+      motion(Eigen::Vector3d::UnitX(), 0.01, Eigen::Vector3d(0.02, 0, 0)) * pair(options_).toInner(truth_);
+  Options unrefined = options_;
+  unrefined.refine = false;
+  const Deadline passed = Deadline::after(1e-9);
+  for (const ScanPair& scans : {pair(unrefined), pair(options_, passed)}) {
+    JudgedPose pose = at(start);
+    scans.judgeFinely(pose);
+    scans.polish(pose);
+    EXPECT_EQ(pose.T_target_source.matrix(), start.matrix());
+    ASSERT_TRUE(pose.polish);
+    EXPECT_EQ(pose.polish->steps, 1);
+    EXPECT_GT(pose.polish->matches, 100);
+  }
+}
+
+TEST_F(ScanPairOfARoom, APolishThatLeavesTheGivenVerticalIsNotTaken)
+{
+  // A vertical that is wrong by more than its tolerance, and a pose that keeps it: the surfaces lead to the truth.
+  constexpr double kWrong = 0.035;
+  const Eigen::Isometry3d truth = pair(options_).toInner(truth_);
+  const Eigen::Isometry3d start = Eigen::Translation3d(target_->viewpoint) *
+                                  Eigen::AngleAxisd(kWrong, Eigen::Vector3d::UnitX()) *
+                                  Eigen::Translation3d(-target_->viewpoint) * truth;
+  for (const double tolerance : {0.01, 0.03}) {
+    Options options = options_;
+    options.gravity.emplace();
+    options.gravity->up_source = truth.linear().transpose() * Eigen::Vector3d::UnitZ();
+    options.gravity->up_target = start.linear() * options.gravity->up_source;
+    options.gravity->tolerance = tolerance;
+    const ScanPair scans = pair(options);
+    JudgedPose pose = at(start);
+    scans.judgeFinely(pose);
+    scans.polish(pose);
+    if (tolerance < kWrong / 2)
+      EXPECT_EQ(pose.T_target_source.matrix(), start.matrix());
+    else
+      EXPECT_THAT(pose.T_target_source, IsPoseNear(truth, 0.01, 0.02));
+  }
+}
+
+TEST_F(ScanPairOfARoom, MovesUnlessThatExplainsLess)
+{
+  const ScanPair scans = pair(options_);
+  const Eigen::Isometry3d truth = scans.toInner(truth_);
+  const Eigen::Isometry3d beside = motion(Eigen::Vector3d::UnitX(), 0, Eigen::Vector3d(0.15, 0.1, 0.1)) * truth;
+  JudgedPose pose = at(beside);
+  scans.judgeFinely(pose);
+  const double before = pose.score;
+  scans.polish(pose);
+  pose.T_target_source = beside;
+  EXPECT_TRUE(scans.moveUnlessWorse(pose, truth));
+  EXPECT_FALSE(pose.polish); // it told of another place
+  EXPECT_GT(pose.score, before);
+  EXPECT_EQ(pose.T_target_source.matrix(), truth.matrix());
+  const double best = pose.score;
+  EXPECT_FALSE(scans.moveUnlessWorse(pose, beside));
+  EXPECT_EQ(pose.T_target_source.matrix(), truth.matrix());
+  EXPECT_EQ(pose.score, best);
+}
+
+TEST_F(ScanPairOfARoom, TheSamePlaceIsNearInTurnAndInShiftOfTheSensor)
+{
+  const ScanPair scans = pair(options_);
+  const Eigen::Isometry3d T = scans.toInner(truth_);
+  const auto turned = [&](double angle, double shift) {
+    const Eigen::Vector3d sensor = T * source_->viewpoint;
+    return Eigen::Isometry3d(Eigen::Translation3d(sensor + Eigen::Vector3d(0, shift, 0)) *
+                             Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitX()) * Eigen::Translation3d(-sensor) * T);
+  };
+  EXPECT_TRUE(scans.isSamePlace(T, turned(0.049, 0.29 * scans.scale())));
+  EXPECT_FALSE(scans.isSamePlace(T, turned(0.051, 0)));
+  EXPECT_FALSE(scans.isSamePlace(T, turned(0, 0.31 * scans.scale())));
+}
+
+TEST_F(ScanPairOfARoom, FreeSpaceNeedsBothSensors)
+{
+  EXPECT_TRUE(pair(options_).seesFreeSpace());
+  EXPECT_EQ(pair(options_).targetImage(), &target_->range_image);
+  PatchScan blind = *target_;
+  blind.range_image = RangeImage();
+  EXPECT_FALSE(ScanPair(*source_, blind, options_, nullptr, Deadline()).seesFreeSpace());
+  EXPECT_EQ(ScanPair(*source_, blind, options_, nullptr, Deadline()).targetImage(), nullptr);
+  EXPECT_FALSE(ScanPair(blind, *target_, options_, nullptr, Deadline()).seesFreeSpace());
+}
+
+TEST_F(ScanPairOfARoom, NothingOnNothing)
+{
+  const PatchScan empty = preparePatchScan(ScanView(), options_);
+  for (const ScanPair& scans : {ScanPair(empty, *target_, options_, nullptr, Deadline()),
+                                ScanPair(*source_, empty, options_, nullptr, Deadline()),
+                                ScanPair(empty, empty, options_, nullptr, Deadline())}) {
+    JudgedPose pose = at(Eigen::Isometry3d::Identity());
+    scans.judgeFinely(pose);
+    EXPECT_LE(pose.score, 0);
+    scans.polish(pose);
+    ASSERT_TRUE(pose.polish);
+    EXPECT_EQ(pose.polish->matches, 0);
+    EXPECT_TRUE(scans.refinedFinely(pose.T_target_source).matrix().allFinite());
+    EXPECT_TRUE(scans.refinedCoarsely(pose.T_target_source).matrix().allFinite());
+  }
+}
+
+} // namespace
+} // namespace pcl_ssfr
