@@ -10,14 +10,12 @@
 #include "parallel.h"
 #include "patch_constants.h"
 #include "pose_priors.h"
-#include "rotation_math.h"
 #include "scan_pair.h"
+#include "scene_directions.h"
 #include "stage_clock.h"
 
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <functional>
 #include <limits>
 #include <optional>
 #include <string>
@@ -32,9 +30,6 @@ constexpr double kSearchStep = 0.25;  // of the shift along the third axis
 constexpr double kNoiseFloor = 0.001; // least standard deviation of plane distances
 constexpr double kPairAngle = 0.07;   // [rad] inner angles of pairs agree within this; rotations closer are one
 
-constexpr double kRoundShare = 0.3; // of the surface that faces across an axis for the scene to be round about it ...
-constexpr double kRoundFullShare = 0.6; // ... and of that, so much at most in the fullest third of all directions
-
 /// How hard the search tries; the second effort, for scans that share little, is made only when the first finds nothing
 /// that is surely right.
 struct Effort {
@@ -47,49 +42,6 @@ struct Effort {
 // Of 271 real pairs, all solved ones had a pose near the truth with 0.65 of the most votes; of 375 simulated ones, 373
 // with 0.4.
 constexpr std::array<Effort, 2> kEfforts = {{{80, 0.4, 8, 5, 8, false}, {240, 0, 16, 8, 24, true}}};
-
-/// The vertical is a direction of the scene even where no surface faces it.
-std::vector<MainNormal>
-withGravity(std::vector<MainNormal> main_normals, const Eigen::Vector3d& up)
-{
-  double heaviest = 1;
-  for (const MainNormal& m : main_normals) {
-    heaviest = std::max(heaviest, m.support);
-    if (m.direction.dot(up) > std::cos(kRefitAngle))
-      return main_normals;
-  }
-  main_normals.push_back({up, heaviest});
-  return main_normals;
-}
-
-/// Whether surface faces all ways around \p axis: then its main normals across the axis are arbitrary.
-bool
-isRoundAbout(const OrientedSamples& samples, const Eigen::Vector3d& axis)
-{
-  constexpr int kBins = 36;
-  constexpr int kFullBins = 12; // that hold nearly all of a scene of planes
-  constexpr double kMaxSlope = 0.3;
-  const Eigen::Vector3d x = axis.unitOrthogonal();
-  const Eigen::Vector3d y = axis.cross(x);
-  std::array<double, kBins> around{};
-  double total = 0;
-  for (Eigen::Index i = 0; i < samples.size(); ++i) {
-    total += samples.weights[i];
-    const Eigen::Vector3d n = samples.normals.col(i);
-    if (std::abs(n.dot(axis)) > kMaxSlope)
-      continue;
-    const double turn = std::atan2(n.dot(y), n.dot(x)) / (2 * kPi) + 0.5;
-    around[static_cast<std::size_t>(turn * kBins) % kBins] += samples.weights[i];
-  }
-  double across = 0;
-  for (const double a : around)
-    across += a;
-  std::sort(around.begin(), around.end(), std::greater<>());
-  double full = 0;
-  for (int k = 0; k < kFullBins; ++k)
-    full += around[static_cast<std::size_t>(k)];
-  return across > kRoundShare * total && full < kRoundFullShare * across;
-}
 
 /// The stages for one pair of scans.
 class PatchRegistration {
@@ -107,8 +59,8 @@ public:
     source_normals_ = source.main_normals;
     target_normals_ = target.main_normals;
     if (options.gravity) {
-      source_normals_ = withGravity(source_normals_, options.gravity->up_source);
-      target_normals_ = withGravity(target_normals_, options.gravity->up_target);
+      source_normals_ = withVertical(source_normals_, options.gravity->up_source);
+      target_normals_ = withVertical(target_normals_, options.gravity->up_target);
     }
   }
 
@@ -135,16 +87,7 @@ public:
       return settle(Status::NoCandidate, "no rotation lays the main normals of the scans on each other");
     std::vector<JudgedPose> poses;
     for (const Effort& effort : kEfforts) {
-      std::vector<PoseHypothesis> hypotheses = searchPoses(rotations, searchOptions(effort));
-      hypotheses.resize(std::min(hypotheses.size(), effort.poses));
-      const auto few = hypotheses.begin() + static_cast<std::ptrdiff_t>(promising(hypotheses, effort));
-      std::vector<JudgedPose> found = refineCoarsely({hypotheses.begin(), few}, true, effort);
-      refineFinely(found);
-      if (few != hypotheses.end() && !isClear(found) && !outOfTime()) {
-        std::vector<JudgedPose> others = refineCoarsely({few, hypotheses.end()}, false, effort);
-        refineFinely(others);
-        found.insert(found.end(), others.begin(), others.end());
-      }
+      std::vector<JudgedPose> found = search(rotations, effort);
       dropKnown(found, poses);
       found.insert(found.end(), poses.begin(), poses.end());
       poses = keepDistinct(std::move(found), effort.distinct);
@@ -222,6 +165,24 @@ private:
     return result_;
   }
 
+  /// METHOD stages 9 to 13 with some effort: distinct finely refined poses; those that had few votes are looked at
+  /// when none of the others is clear.
+  std::vector<JudgedPose>
+  search(const std::vector<RotationCandidate>& rotations, const Effort& effort)
+  {
+    std::vector<PoseHypothesis> hypotheses = searchPoses(rotations, searchOptions(effort));
+    hypotheses.resize(std::min(hypotheses.size(), effort.poses));
+    const auto few = hypotheses.begin() + static_cast<std::ptrdiff_t>(promising(hypotheses, effort));
+    std::vector<JudgedPose> found = refineCoarsely({hypotheses.begin(), few}, true, effort);
+    refineFinely(found);
+    if (few != hypotheses.end() && !isClear(found) && !outOfTime()) {
+      std::vector<JudgedPose> others = refineCoarsely({few, hypotheses.end()}, false, effort);
+      refineFinely(others);
+      found.insert(found.end(), others.begin(), others.end());
+    }
+    return found;
+  }
+
   std::string
   nothingFound() const
   {
@@ -261,18 +222,6 @@ private:
     return true;
   }
 
-  /// Directions about which the rotation is swept: where main normals tell only one direction, and where surfaces face
-  /// all ways around one, so that their main normals are arbitrary.
-  std::vector<Eigen::Vector3d>
-  sweepAxes(const std::vector<MainNormal>& normals, const PatchScan& scan) const
-  {
-    std::vector<Eigen::Vector3d> axes;
-    for (std::size_t k = 0; k < std::min(normals.size(), kSweepAxes); ++k)
-      if (!few_directions_.empty() || isRoundAbout(scan.patches.samples, normals[k].direction))
-        axes.push_back(normals[k].direction);
-    return axes;
-  }
-
   /// METHOD stages 6 to 8, merged and ranked (METHOD point 3); where main normals do not tell the rotation, also such
   /// all around.
   std::vector<RotationCandidate>
@@ -290,8 +239,10 @@ private:
     rotations.erase(std::remove_if(rotations.begin(), rotations.end(), contradicts_priors), rotations.end());
     const std::size_t all = rotations.size();
     rotations.resize(std::min(all, kMaxRotations));
-    for (const RotationCandidate& r :
-         sweepRotations(sweepAxes(source_normals_, source_), sweepAxes(target_normals_, target_), kSweepSteps))
+    const bool few = !few_directions_.empty();
+    for (const RotationCandidate& r : sweepRotations(sweepAxes(source_normals_, source_.patches.samples, few),
+                                                     sweepAxes(target_normals_, target_.patches.samples, few),
+                                                     kSweepSteps))
       if (!contradicts_priors(r))
         rotations.push_back(r);
     if (priors_.guess()) {
@@ -650,8 +601,7 @@ private:
   static constexpr std::size_t kFirstRotations = 6;
   static constexpr double kSureConfidence = 0.9; // what is accepted with less is held against what else there is
   static constexpr double kClearScore = 0.2;
-  static constexpr double kClearShare = 0.65; // of the matched voices, that contradictions leave of the score
-  static constexpr std::size_t kSweepAxes = 2;
+  static constexpr double kClearShare = 0.65;   // of the matched voices, that contradictions leave of the score
   static constexpr int kSweepSteps = 80;        // 4.5 degrees: half of it is well within reach of the refinement
   static constexpr double kHopelessShare = 0.4; // of a clear best score: what has less is not refined any more
   static constexpr int kBesideRounds = 2;
