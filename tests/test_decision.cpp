@@ -187,6 +187,20 @@ TEST(Decision, ARivalThatTakesAwayTheConfidence)
   EXPECT_EQ(decide({poseAt(kX, 0.2, 0.009)}, polishInARoom(), DecisionContext()).status, Status::Converged);
 }
 
+TEST(Decision, NextToNoSurfaceInCommonIsNeverBelieved)
+{
+  // However clear it looks, and however little confidence is asked for.
+  DecisionContext context;
+  for (const double least : {0.7, 0.1, 0.0}) {
+    context.min_confidence = least;
+    const Decision d = decide({poseAt(kX, 0.035)}, polishInARoom(), context);
+    EXPECT_EQ(d.status, Status::LowOverlap);
+    EXPECT_LE(d.confidence, 0.3);
+    EXPECT_THAT(d.message, HasSubstr("only 4 % of the surface"));
+    EXPECT_EQ(decide({poseAt(kX, 0.06)}, polishInARoom(), context).status, Status::Converged);
+  }
+}
+
 TEST(Decision, SurfaceInFreeSpace)
 {
   const Decision d = decide({poseAt(kX, 0.5, 0.1)}, polishInARoom(), DecisionContext());
