@@ -21,7 +21,7 @@ struct JudgedPose {
   double score = 0;
   double facing_score = 0; ///< of the patches that face their own sensor
   bool from_guess = false;
-  std::optional<Refinement> polish; ///< last step of the polish, which led here; none: it was not polished
+  std::optional<Refinement> polish; ///< last step of the polish, at this pose; none: it was not polished
 };
 
 /// Fill in \p evidence and the scores that follow from it: what speaks for a pose less kContradictionWeight times what

@@ -9,8 +9,8 @@
 #include "judged_pose.h"
 #include "parallel.h"
 #include "patch_constants.h"
+#include "patch_pair.h"
 #include "pose_priors.h"
-#include "scan_pair.h"
 #include "scene_directions.h"
 #include "stage_clock.h"
 
@@ -24,11 +24,12 @@ namespace pcl_ssfr {
 
 namespace {
 
+constexpr double kPairAngle = 0.07; // [rad] inner angles of pairs agree within this; rotations closer are one
+
 // Lengths at scale 1 [m]; the scale of the scene multiplies them.
 constexpr double kBinWidth = 0.1;     // of the histograms along an axis
 constexpr double kSearchStep = 0.25;  // of the shift along the third axis
 constexpr double kNoiseFloor = 0.001; // least standard deviation of plane distances
-constexpr double kPairAngle = 0.07;   // [rad] inner angles of pairs agree within this; rotations closer are one
 
 /// How hard the search tries; the second effort, for scans that share little, is made only when the first finds nothing
 /// that is surely right.
@@ -46,6 +47,8 @@ constexpr std::array<Effort, 2> kEfforts = {{{80, 0.4, 8, 5, 8, false}, {240, 0,
 /// The stages for one pair of scans.
 class PatchRegistration {
 public:
+  PatchRegistration(const PatchRegistration&) = delete; // one part refers to another
+
   PatchRegistration(const PatchScan& source,
                     const PatchScan& target,
                     const Options& options,
@@ -92,6 +95,8 @@ public:
       found.insert(found.end(), poses.begin(), poses.end());
       poses = keepDistinct(std::move(found), effort.distinct);
       guess_decides_ = false;
+      if (poses.empty() && outOfTime())
+        break;
       const bool last = &effort == &kEfforts.back();
       if (poses.empty() || (!last && !isSettled(poses)))
         continue;
@@ -352,7 +357,7 @@ private:
     });
   }
 
-  /// Drop the poses that are one of those that are polished: what was found of it is more exact.
+  /// Drop the poses that are one of those that were polished: each is polished once.
   void
   dropKnown(std::vector<JudgedPose>& poses, const std::vector<JudgedPose>& known) const
   {
@@ -465,9 +470,11 @@ private:
     while (!guess_decides_ && polished < std::min(poses.size(), kMaxPolished) && poses[polished].score >= least)
       ++polished;
     std::size_t points = 0;
+    std::array<bool, kMaxPolished> is_new{};
     for (std::size_t i = 0; i < polished && (i == 0 || !outOfTime()); ++i)
       if (!poses[i].polish) {
         pair_.polish(poses[i]);
+        is_new[i] = true;
         points += static_cast<std::size_t>(source_.surface.points.cols() + target_.surface.points.cols());
       }
     // The guess has ordered the equals; otherwise the score decides.
@@ -478,7 +485,7 @@ private:
     std::rotate(poses.begin(),
                 poses.begin() + static_cast<std::ptrdiff_t>(best),
                 poses.begin() + static_cast<std::ptrdiff_t>(best) + 1);
-    if (!outOfTime() && options_.refine)
+    if (is_new[best] && !outOfTime() && options_.refine)
       searchBeside(poses.front());
     // Polished, a rival may turn out to be the same pose.
     const Eigen::Isometry3d T_best = poses.front().T_target_source;
@@ -618,7 +625,7 @@ private:
   const PatchScan& source_;
   const PatchScan& target_;
   const Options& options_;
-  const ScanPair pair_;
+  const PatchPair pair_;
   const PosePriors& priors_;
   const double scale_;
   const int threads_;
@@ -661,7 +668,7 @@ judgePose(const PatchScan& source,
 VisibilityOptions
 judgementOptions(const PatchScan& source, const PatchScan& target, const Options& options)
 {
-  return ScanPair(source, target, options, nullptr, Deadline()).fineTolerances();
+  return PatchPair(source, target, options, nullptr, Deadline()).fineTolerances();
 }
 
 } // namespace pcl_ssfr

@@ -193,7 +193,7 @@ TEST(Decision, NextToNoSurfaceInCommonIsNeverBelieved)
   DecisionContext context;
   for (const double least : {0.7, 0.1, 0.0}) {
     context.min_confidence = least;
-    const Decision d = decide({poseAt(kX, 0.035)}, polishInARoom(), context);
+    const Decision d = decide({poseAt(kX, 0.04)}, polishInARoom(), context);
     EXPECT_EQ(d.status, Status::LowOverlap);
     EXPECT_LE(d.confidence, 0.3);
     EXPECT_THAT(d.message, HasSubstr("only 4 % of the surface"));

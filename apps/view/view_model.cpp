@@ -335,7 +335,7 @@ std::size_t
 ViewModel::effortsMade() const
 {
   const auto made = std::count_if(
-      result().stages.begin(), result().stages.end(), [](const StageReport& s) { return s.name == "rotations"; });
+      result().stages.begin(), result().stages.end(), [](const StageReport& s) { return s.name == "translations"; });
   return std::clamp<std::size_t>(static_cast<std::size_t>(made), 1, searches_.size());
 }
 

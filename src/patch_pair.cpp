@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
-#include "scan_pair.h"
+#include "patch_pair.h"
 
-#include "parallel.h"
 #include "patch_constants.h"
 
 #include <algorithm>
@@ -52,11 +51,11 @@ betweenInnerFrames(const PatchScan& source, const PatchScan& target, const Eigen
 
 } // namespace
 
-ScanPair::ScanPair(const PatchScan& source,
-                   const PatchScan& target,
-                   const Options& options,
-                   const Eigen::Isometry3d* guess,
-                   const Deadline& deadline)
+PatchPair::PatchPair(const PatchScan& source,
+                     const PatchScan& target,
+                     const Options& options,
+                     const Eigen::Isometry3d* guess,
+                     const Deadline& deadline)
     : source_(source), target_(target), options_(options), deadline_(deadline),
       scale_(std::max(source.scale, target.scale)),
       noise_(std::max(source.thickness, target.thickness) / (kThickness * scale_)),
@@ -67,50 +66,50 @@ ScanPair::ScanPair(const PatchScan& source,
 {}
 
 const RangeImage*
-ScanPair::targetImage() const
+PatchPair::targetImage() const
 {
   return freeSpace(target_);
 }
 
 bool
-ScanPair::seesFreeSpace() const
+PatchPair::seesFreeSpace() const
 {
   return freeSpace(source_) && freeSpace(target_);
 }
 
 VisibilityOptions
-ScanPair::searchTolerances() const
+PatchPair::searchTolerances() const
 {
   return tolerances(kFreeMargin, kLooseNormals);
 }
 
 VisibilityOptions
-ScanPair::fineTolerances() const
+PatchPair::fineTolerances() const
 {
   return tolerances(matchDistance(), kNormals);
 }
 
 void
-ScanPair::judgeCoarsely(JudgedPose& pose) const
+PatchPair::judgeCoarsely(JudgedPose& pose) const
 {
   judge(pose, tolerances(kLooseMatch, kLooseNormals));
 }
 
 void
-ScanPair::judgeFinely(JudgedPose& pose) const
+PatchPair::judgeFinely(JudgedPose& pose) const
 {
   judge(pose, fineTolerances());
 }
 
 Eigen::Isometry3d
-ScanPair::refinedCoarsely(const Eigen::Isometry3d& T_target_source) const
+PatchPair::refinedCoarsely(const Eigen::Isometry3d& T_target_source) const
 {
   const RefinementOptions options = refinement(kCoarseReach, kCoarseFinal, kLooseNormals, kCoarseSteps);
   return refinePatches(source_.coarse, target_.index, T_target_source, options).T_target_source;
 }
 
 Eigen::Isometry3d
-ScanPair::refinedFinely(const Eigen::Isometry3d& T_target_source) const
+PatchPair::refinedFinely(const Eigen::Isometry3d& T_target_source) const
 {
   RefinementOptions options = refinement(kFineReach, kFineFinal, kNormals, kFineSteps);
   options.min_step = kFineStep * scale_;
@@ -118,7 +117,7 @@ ScanPair::refinedFinely(const Eigen::Isometry3d& T_target_source) const
 }
 
 void
-ScanPair::polish(JudgedPose& pose) const
+PatchPair::polish(JudgedPose& pose) const
 {
   RefinementOptions options = refinement(kPolishReach, kPolishFinal, kNormals, options_.max_refinement_steps);
   options.threads = threads_;
@@ -143,7 +142,7 @@ ScanPair::polish(JudgedPose& pose) const
 }
 
 bool
-ScanPair::moveUnlessWorse(JudgedPose& pose, const Eigen::Isometry3d& T_refined) const
+PatchPair::moveUnlessWorse(JudgedPose& pose, const Eigen::Isometry3d& T_refined) const
 {
   JudgedPose refined = pose;
   refined.T_target_source = T_refined;
@@ -156,25 +155,25 @@ ScanPair::moveUnlessWorse(JudgedPose& pose, const Eigen::Isometry3d& T_refined) 
 }
 
 bool
-ScanPair::isSamePlace(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) const
+PatchPair::isSamePlace(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) const
 {
   return shiftBetween(a, b, source_.viewpoint) < kDistinctDistance * scale_ && turnBetween(a, b) < kDistinctAngle;
 }
 
 Eigen::Isometry3d
-ScanPair::toInner(const Eigen::Isometry3d& T_target_source) const
+PatchPair::toInner(const Eigen::Isometry3d& T_target_source) const
 {
   return *betweenInnerFrames(source_, target_, &T_target_source);
 }
 
 Eigen::Isometry3d
-ScanPair::toOuter(const Eigen::Isometry3d& T_target_source) const
+PatchPair::toOuter(const Eigen::Isometry3d& T_target_source) const
 {
   return Eigen::Translation3d(target_.origin) * T_target_source * Eigen::Translation3d(-source_.origin);
 }
 
 VisibilityOptions
-ScanPair::tolerances(double distance, double angle) const
+PatchPair::tolerances(double distance, double angle) const
 {
   VisibilityOptions options;
   options.match.either_side = either_side_;
@@ -187,7 +186,7 @@ ScanPair::tolerances(double distance, double angle) const
 
 /// Tolerance of a match that the caller may have set (Options::overlap_radius).
 double
-ScanPair::matchDistance() const
+PatchPair::matchDistance() const
 {
   // Callers of ICP are used to generous radii; beyond the coarse tolerance the evidence would tell nothing.
   return options_.overlap_radius > 0 ? std::min(options_.overlap_radius / (scale_ * noise_), kLooseMatch) : kMatch;
@@ -195,7 +194,7 @@ ScanPair::matchDistance() const
 
 /// By the evidence of both scans, each laid into the other.
 void
-ScanPair::judge(JudgedPose& pose, const VisibilityOptions& options) const
+PatchPair::judge(JudgedPose& pose, const VisibilityOptions& options) const
 {
   const Eigen::Isometry3d& T = pose.T_target_source;
   SurfaceEvidence both = collectEvidence(source_.patches.samples, target_.index, freeSpace(target_), T, options);
@@ -207,7 +206,7 @@ ScanPair::judge(JudgedPose& pose, const VisibilityOptions& options) const
 }
 
 RefinementOptions
-ScanPair::refinement(double reach, double final_distance, double angle, int steps) const
+PatchPair::refinement(double reach, double final_distance, double angle, int steps) const
 {
   RefinementOptions options;
   options.match = tolerances(reach, angle).match;

@@ -19,25 +19,15 @@ namespace pcl_ssfr {
 /** \brief Two prepared scans and what is known of their pose: how a pose between them is judged and refined in the
  * default profile. Nothing in it changes, so many threads may use one. Poses are between the inner, centred frames.
  */
-class ScanPair {
+class PatchPair {
 public:
   /// Scans and options must outlive it. \param[in] guess between the scans' own frames, may be nullptr
-  ScanPair(const PatchScan& source,
-           const PatchScan& target,
-           const Options& options,
-           const Eigen::Isometry3d* guess,
-           const Deadline& deadline);
+  PatchPair(const PatchScan& source,
+            const PatchScan& target,
+            const Options& options,
+            const Eigen::Isometry3d* guess,
+            const Deadline& deadline);
 
-  const PatchScan&
-  source() const
-  {
-    return source_;
-  }
-  const PatchScan&
-  target() const
-  {
-    return target_;
-  }
   const PosePriors&
   priors() const
   {
@@ -93,8 +83,8 @@ public:
   Eigen::Isometry3d
   refinedFinely(const Eigen::Isometry3d& T_target_source) const;
 
-  /// Lay points of each scan onto the patches of the other, and move the pose there unless that walks away or explains
-  /// less, or Options::refine is off. JudgedPose::polish is the last step at the pose that it leaves.
+  /// Lay points of each scan onto the patches of the other, and move a finely judged pose there unless that walks away
+  /// or explains less, or Options::refine is off. JudgedPose::polish is the last step at the pose that it leaves.
   void
   polish(JudgedPose& pose) const;
 

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
+#include "patch_pair.h"
 #include "pose_matchers.h"
-#include "scan_pair.h"
 #include "scan_views.h"
 #include "synthetic_scene.h"
 
 #include <gtest/gtest.h>
 
-#include <cstddef>
+#include <cstdint>
 #include <initializer_list>
 
 namespace pcl_ssfr {
@@ -32,7 +32,7 @@ at(const Eigen::Isometry3d& T_target_source)
 }
 
 /// Two scans of a furnished room, prepared once for all tests.
-class ScanPairOfARoom : public ::testing::Test {
+class PatchPairOfARoom : public ::testing::Test {
 protected:
   static void
   SetUpTestSuite()
@@ -54,12 +54,13 @@ protected:
   {
     delete source_;
     delete target_;
+    source_ = target_ = nullptr;
   }
 
-  static ScanPair
+  static PatchPair
   pair(const Options& options, const Deadline& deadline = Deadline())
   {
-    return ScanPair(*source_, *target_, options, nullptr, deadline);
+    return PatchPair(*source_, *target_, options, nullptr, deadline);
   }
 
   static inline PatchScan* source_ = nullptr;
@@ -68,9 +69,9 @@ protected:
   const Options options_ = Options();
 };
 
-TEST_F(ScanPairOfARoom, FramesThereAndBack)
+TEST_F(PatchPairOfARoom, FramesThereAndBack)
 {
-  const ScanPair scans = pair(options_);
+  const PatchPair scans = pair(options_);
   const Eigen::Isometry3d inner = scans.toInner(truth_);
   EXPECT_THAT(scans.toOuter(inner), IsPoseNear(truth_, 1e-12, 1e-12));
   // The same place, told in both frames.
@@ -78,9 +79,27 @@ TEST_F(ScanPairOfARoom, FramesThereAndBack)
   EXPECT_TRUE((truth_ * p - target_->origin).isApprox(inner * (p - source_->origin), 1e-9));
 }
 
-TEST_F(ScanPairOfARoom, TheTruthExplainsMoreThanOtherPoses)
+TEST_F(PatchPairOfARoom, AGuessBoundsThePoseOnlyWithItsTolerance)
 {
-  const ScanPair scans = pair(options_);
+  const Eigen::Isometry3d guess = motion(Eigen::Vector3d::UnitZ(), 0.02, Eigen::Vector3d(0.1, 0, 0)) * truth_;
+  EXPECT_FALSE(PatchPair(*source_, *target_, options_, &guess, Deadline()).priors().guess());
+  Options bounded = options_;
+  bounded.guess_tolerance = GuessTolerance{0.1, 0.5};
+  EXPECT_FALSE(PatchPair(*source_, *target_, bounded, nullptr, Deadline()).priors().guess());
+  const PatchPair scans(*source_, *target_, bounded, &guess, Deadline());
+  ASSERT_TRUE(scans.priors().guess());
+  EXPECT_THAT(*scans.priors().guess(), IsPoseNear(scans.toInner(guess), 1e-9, 1e-9));
+  EXPECT_TRUE(scans.priors().allow(scans.toInner(truth_), Exactness::Refined));
+  // A turn about the source's sensor does not shift it, wherever the middle of its points lies.
+  const Eigen::Isometry3d turned = guess * motion(Eigen::Vector3d::UnitZ(), 0.09, Eigen::Vector3d::Zero());
+  EXPECT_TRUE(scans.priors().allow(scans.toInner(turned), Exactness::Refined));
+  const Eigen::Isometry3d shifted = guess * motion(Eigen::Vector3d::UnitZ(), 0, Eigen::Vector3d(0, 0.6, 0));
+  EXPECT_FALSE(scans.priors().allow(scans.toInner(shifted), Exactness::Refined));
+}
+
+TEST_F(PatchPairOfARoom, TheTruthExplainsMoreThanOtherPoses)
+{
+  const PatchPair scans = pair(options_);
   JudgedPose truth = at(scans.toInner(truth_));
   scans.judgeFinely(truth);
   EXPECT_GT(truth.score, 0.4);
@@ -95,10 +114,10 @@ TEST_F(ScanPairOfARoom, TheTruthExplainsMoreThanOtherPoses)
   }
 }
 
-TEST_F(ScanPairOfARoom, RolesDoNotMatter)
+TEST_F(PatchPairOfARoom, RolesDoNotMatter)
 {
-  const ScanPair scans = pair(options_);
-  const ScanPair back(*target_, *source_, options_, nullptr, Deadline());
+  const PatchPair scans = pair(options_);
+  const PatchPair back(*target_, *source_, options_, nullptr, Deadline());
   for (const double shift : {0.0, 0.05, 0.5}) {
     JudgedPose pose = at(motion(Eigen::Vector3d::UnitZ(), shift, Eigen::Vector3d(shift, 0, 0)) * scans.toInner(truth_));
     JudgedPose inverse = at(pose.T_target_source.inverse());
@@ -112,9 +131,9 @@ TEST_F(ScanPairOfARoom, RolesDoNotMatter)
   }
 }
 
-TEST_F(ScanPairOfARoom, EachRefinementFromAsFarAsItReaches)
+TEST_F(PatchPairOfARoom, EachRefinementFromAsFarAsItReaches)
 {
-  const ScanPair scans = pair(options_);
+  const PatchPair scans = pair(options_);
   const Eigen::Isometry3d truth = scans.toInner(truth_);
   testing::Random random(2);
   for (int trial = 0; trial < 10; ++trial) {
@@ -132,14 +151,14 @@ TEST_F(ScanPairOfARoom, EachRefinementFromAsFarAsItReaches)
   }
 }
 
-TEST_F(ScanPairOfARoom, NoPolishLeavesThePoseAndTellsOfIt)
+TEST_F(PatchPairOfARoom, NoPolishLeavesThePoseAndTellsOfIt)
 {
   const Eigen::Isometry3d start =
       motion(Eigen::Vector3d::UnitX(), 0.01, Eigen::Vector3d(0.02, 0, 0)) * pair(options_).toInner(truth_);
   Options unrefined = options_;
   unrefined.refine = false;
   const Deadline passed = Deadline::after(1e-9);
-  for (const ScanPair& scans : {pair(unrefined), pair(options_, passed)}) {
+  for (const PatchPair& scans : {pair(unrefined), pair(options_, passed)}) {
     JudgedPose pose = at(start);
     scans.judgeFinely(pose);
     scans.polish(pose);
@@ -150,7 +169,7 @@ TEST_F(ScanPairOfARoom, NoPolishLeavesThePoseAndTellsOfIt)
   }
 }
 
-TEST_F(ScanPairOfARoom, APolishThatLeavesTheGivenVerticalIsNotTaken)
+TEST_F(PatchPairOfARoom, APolishThatLeavesTheGivenVerticalIsNotTaken)
 {
   // A vertical that is wrong by more than its tolerance, and a pose that keeps it: the surfaces lead to the truth.
   constexpr double kWrong = 0.035;
@@ -164,7 +183,7 @@ TEST_F(ScanPairOfARoom, APolishThatLeavesTheGivenVerticalIsNotTaken)
     options.gravity->up_source = truth.linear().transpose() * Eigen::Vector3d::UnitZ();
     options.gravity->up_target = start.linear() * options.gravity->up_source;
     options.gravity->tolerance = tolerance;
-    const ScanPair scans = pair(options);
+    const PatchPair scans = pair(options);
     JudgedPose pose = at(start);
     scans.judgeFinely(pose);
     scans.polish(pose);
@@ -175,9 +194,9 @@ TEST_F(ScanPairOfARoom, APolishThatLeavesTheGivenVerticalIsNotTaken)
   }
 }
 
-TEST_F(ScanPairOfARoom, MovesUnlessThatExplainsLess)
+TEST_F(PatchPairOfARoom, MovesUnlessThatExplainsLess)
 {
-  const ScanPair scans = pair(options_);
+  const PatchPair scans = pair(options_);
   const Eigen::Isometry3d truth = scans.toInner(truth_);
   const Eigen::Isometry3d beside = motion(Eigen::Vector3d::UnitX(), 0, Eigen::Vector3d(0.15, 0.1, 0.1)) * truth;
   JudgedPose pose = at(beside);
@@ -195,9 +214,9 @@ TEST_F(ScanPairOfARoom, MovesUnlessThatExplainsLess)
   EXPECT_EQ(pose.score, best);
 }
 
-TEST_F(ScanPairOfARoom, TheSamePlaceIsNearInTurnAndInShiftOfTheSensor)
+TEST_F(PatchPairOfARoom, TheSamePlaceIsNearInTurnAndInShiftOfTheSensor)
 {
-  const ScanPair scans = pair(options_);
+  const PatchPair scans = pair(options_);
   const Eigen::Isometry3d T = scans.toInner(truth_);
   const auto turned = [&](double angle, double shift) {
     const Eigen::Vector3d sensor = T * source_->viewpoint;
@@ -209,23 +228,23 @@ TEST_F(ScanPairOfARoom, TheSamePlaceIsNearInTurnAndInShiftOfTheSensor)
   EXPECT_FALSE(scans.isSamePlace(T, turned(0, 0.31 * scans.scale())));
 }
 
-TEST_F(ScanPairOfARoom, FreeSpaceNeedsBothSensors)
+TEST_F(PatchPairOfARoom, FreeSpaceNeedsBothSensors)
 {
   EXPECT_TRUE(pair(options_).seesFreeSpace());
   EXPECT_EQ(pair(options_).targetImage(), &target_->range_image);
   PatchScan blind = *target_;
   blind.range_image = RangeImage();
-  EXPECT_FALSE(ScanPair(*source_, blind, options_, nullptr, Deadline()).seesFreeSpace());
-  EXPECT_EQ(ScanPair(*source_, blind, options_, nullptr, Deadline()).targetImage(), nullptr);
-  EXPECT_FALSE(ScanPair(blind, *target_, options_, nullptr, Deadline()).seesFreeSpace());
+  EXPECT_FALSE(PatchPair(*source_, blind, options_, nullptr, Deadline()).seesFreeSpace());
+  EXPECT_EQ(PatchPair(*source_, blind, options_, nullptr, Deadline()).targetImage(), nullptr);
+  EXPECT_FALSE(PatchPair(blind, *target_, options_, nullptr, Deadline()).seesFreeSpace());
 }
 
-TEST_F(ScanPairOfARoom, NothingOnNothing)
+TEST_F(PatchPairOfARoom, NothingOnNothing)
 {
   const PatchScan empty = preparePatchScan(ScanView(), options_);
-  for (const ScanPair& scans : {ScanPair(empty, *target_, options_, nullptr, Deadline()),
-                                ScanPair(*source_, empty, options_, nullptr, Deadline()),
-                                ScanPair(empty, empty, options_, nullptr, Deadline())}) {
+  for (const PatchPair& scans : {PatchPair(empty, *target_, options_, nullptr, Deadline()),
+                                 PatchPair(*source_, empty, options_, nullptr, Deadline()),
+                                 PatchPair(empty, empty, options_, nullptr, Deadline())}) {
     JudgedPose pose = at(Eigen::Isometry3d::Identity());
     scans.judgeFinely(pose);
     EXPECT_LE(pose.score, 0);
