@@ -13,6 +13,7 @@ namespace pcl_ssfr {
 namespace {
 
 constexpr double kClassRadius = 0.52; // [rad] a patch counts for the direction classes within this of its normal
+constexpr float kRounding = 1e-5f;    // of coordinates, generously
 constexpr double kReach = 0.75;       // voxels that a patch reaches beyond itself, across and along its plane
 
 std::array<Eigen::Vector3f, kDirectionClasses>
@@ -215,6 +216,76 @@ PatchIndex::countFacing(const Probes& probes, std::size_t begin, std::size_t end
     locate(probes.x.data() + first, probes.y.data() + first, probes.z.data() + first, n, t, located);
     for (std::size_t i = 0; i < n; ++i)
       facing += static_cast<int>((masks_[voxelOf(located, i)] & probes.direction[first + i]) != 0) & located.inside[i];
+  }
+  return facing;
+}
+
+PCL_SSFR_VECTOR_CLONES void
+PatchIndex::findFacing(
+    const Probes& probes, std::size_t begin, std::size_t end, const Eigen::Vector3f& t, std::int32_t* facing) const
+{
+  if (empty()) {
+    std::fill(facing, facing + (end - begin), 0);
+    return;
+  }
+  Located located;
+  for (std::size_t first = begin; first < end; first += Located::kSize) {
+    const std::size_t n = std::min(Located::kSize, end - first);
+    locate(probes.x.data() + first, probes.y.data() + first, probes.z.data() + first, n, t, located);
+    for (std::size_t i = 0; i < n; ++i)
+      facing[first - begin + i] =
+          static_cast<int>((masks_[voxelOf(located, i)] & probes.direction[first + i]) != 0) & located.inside[i];
+  }
+}
+
+std::pair<float, float>
+PatchIndex::shiftsWithin(const ShiftLine& line, const Eigen::Vector3f& place) const
+{
+  float from = 0;
+  float to = static_cast<float>(line.count) - 1;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto edge = static_cast<float>(voxel_) * static_cast<float>(dims_[axis]);
+    const float start = place[axis] + line.start[axis] - origin_[axis];
+    const float margin =
+        kRounding * (edge + std::abs(origin_[axis]) + std::abs(start) + std::abs(to * line.step[axis]));
+    const float one = (-margin - start) / line.step[axis];
+    const float other = (edge + margin - start) / line.step[axis];
+    // Where the line runs across the axis, these are infinite, or no numbers and no bounds.
+    const float lower = std::min(one, other);
+    const float upper = std::max(one, other);
+    from = lower > from ? lower : from;
+    to = upper < to ? upper : to;
+  }
+  return {from, to};
+}
+
+PCL_SSFR_VECTOR_CLONES std::vector<int>
+PatchIndex::countFacingAlong(const ShiftLine& line, const Probes& probes, std::size_t begin, std::size_t end) const
+{
+  std::vector<int> facing(line.count, 0);
+  if (empty())
+    return facing;
+  Located located;
+  std::array<float, Located::kSize> x, y, z;
+  for (std::size_t k = begin; k < end; ++k) {
+    const Eigen::Vector3f place(probes.x[k], probes.y[k], probes.z[k]);
+    const std::uint64_t direction = probes.direction[k];
+    const auto [from, to] = shiftsWithin(line, place);
+    if (!(from <= to))
+      continue;
+    const std::size_t last = static_cast<std::size_t>(to) + 1;
+    for (auto first = static_cast<std::size_t>(from); first < last; first += Located::kSize) {
+      const std::size_t n = std::min(Located::kSize, last - first);
+      for (std::size_t i = 0; i < n; ++i) {
+        const auto s = static_cast<float>(static_cast<int>(first + i));
+        x[i] = place.x() + (line.start.x() + s * line.step.x());
+        y[i] = place.y() + (line.start.y() + s * line.step.y());
+        z[i] = place.z() + (line.start.z() + s * line.step.z());
+      }
+      locate(x.data(), y.data(), z.data(), n, Eigen::Vector3f::Zero(), located);
+      for (std::size_t i = 0; i < n; ++i)
+        facing[first + i] += static_cast<int>((masks_[voxelOf(located, i)] & direction) != 0) & located.inside[i];
+    }
   }
   return facing;
 }

@@ -170,12 +170,18 @@ public:
     return static_cast<Eigen::Index>(probes_.x.size());
   }
 
-  /// Votes for the translation among every kScreeningStride-th of the samples; 0 when a first glance shows that they
-  /// are far fewer than \p best.
-  int
-  screenedVotesFor(const Eigen::Vector3f& t, int best) const
+  /// Votes for each of some translations at a first glance, among every kGlanceStride-th of the samples.
+  std::vector<int>
+  glance(const ShiftLine& line) const
   {
-    const int glanced = index_.countFacing(probes_, 0, glanced_, t);
+    return index_.countFacingAlong(line, probes_, 0, glanced_);
+  }
+
+  /// Votes for the translation among every kScreeningStride-th of the samples; 0 when those of the first glance,
+  /// \p glanced, are far fewer than \p best.
+  int
+  screenedVotesFor(const Eigen::Vector3f& t, int glanced, int best) const
+  {
     if (glanced * static_cast<double>(screened_) < kGlanceShare * best * static_cast<double>(glanced_))
       return 0;
     return glanced + index_.countFacing(probes_, glanced_, screened_, t);
@@ -195,11 +201,10 @@ public:
   }
 
   /// Whether the translation has the least share of the votes among those that are screened, and next to none against
-  /// it among those of the first glance.
+  /// it among those of the first glance, of which \p glanced are for it.
   bool
-  isWorthCounting(const Eigen::Vector3f& t) const
+  isWorthCounting(const Eigen::Vector3f& t, int glanced) const
   {
-    const int glanced = index_.countFacing(probes_, 0, glanced_, t);
     return glanced > 0 &&
            glanced + index_.countFacing(probes_, glanced_, screened_, t) >=
                kLeastShare * static_cast<double>(screened_) &&
@@ -221,16 +226,24 @@ private:
     if (!image_)
       return 0;
     int votes = 0;
-    for (std::size_t i = 0; i < end && votes < most; ++i) {
-      const Eigen::Vector3f p = Eigen::Vector3f(probes_.x[i], probes_.y[i], probes_.z[i]) + t;
-      if ((index_.mask(p) & probes_.direction[i]) != 0)
-        continue;
-      const Eigen::Vector3f ray = p - image_->viewpoint();
-      const float free = image_->freeRange(image_->cell(ray));
-      votes += free > 0 && ray.norm() < options_.free_ratio * free - options_.free_margin;
+    std::array<float, kCounted> x, y, z;
+    std::array<std::int32_t, kCounted> facing, free;
+    for (std::size_t first = 0; first < end && votes < most; first += kCounted) {
+      const std::size_t n = std::min(kCounted, end - first);
+      for (std::size_t i = 0; i < n; ++i) {
+        x[i] = probes_.x[first + i] + t.x();
+        y[i] = probes_.y[first + i] + t.y();
+        z[i] = probes_.z[first + i] + t.z();
+      }
+      index_.findFacing(probes_, first, first + n, t, facing.data());
+      image_->findFree({x.data(), y.data(), z.data()}, n, options_.free_ratio, options_.free_margin, free.data());
+      for (std::size_t i = 0; i < n; ++i)
+        votes += free[i] & ~facing[i];
     }
-    return votes;
+    return std::min(votes, most);
   }
+
+  static constexpr std::size_t kCounted = 32; // votes against at once
 
   const PatchIndex& index_;
   const RangeImage* image_;
@@ -238,19 +251,6 @@ private:
   PatchIndex::Probes probes_; ///< first those of the first glance, then the others that are screened
   std::size_t glanced_ = 0;
   std::size_t screened_ = 0;
-};
-
-/// Shifts at equal distances.
-struct ShiftLine {
-  Eigen::Vector3f start; ///< [m]
-  Eigen::Vector3f step;  ///< [m]
-  std::size_t count;
-
-  Eigen::Vector3f
-  operator[](std::size_t i) const
-  {
-    return start + static_cast<float>(i) * step;
-  }
 };
 
 /// A translation and how the samples voted on it.
@@ -270,10 +270,11 @@ findMostVoted(const Ballot& ballot,
               std::vector<Verdict>& found)
 {
   // Patches are found from about two steps away: every second shift tells whether those around it are worth counting.
+  const std::vector<int> glanced = ballot.glance(line.everySecond());
   std::vector<int> counts(line.count, 0);
   for (std::size_t s = 0; s < line.count; s += 2) {
     const Eigen::Vector3f t = line[s];
-    const int screened = ballot.screenedVotesFor(t, best_screened);
+    const int screened = ballot.screenedVotesFor(t, glanced[s / 2], best_screened);
     best_screened = std::max(best_screened, screened);
     if (screened < kScreeningShare * best_screened)
       continue;
@@ -298,9 +299,10 @@ findUncontradicted(const Ballot& ballot,
                    double contradiction_weight,
                    std::vector<Verdict>& found)
 {
+  const std::vector<int> glanced = ballot.glance(line.everySecond());
   std::vector<bool> wanted(line.count, false);
   for (std::size_t s = 0; s < line.count; s += 2)
-    if (ballot.isWorthCounting(line[s]))
+    if (ballot.isWorthCounting(line[s], glanced[s / 2]))
       for (std::size_t k = s - std::min<std::size_t>(s, 1); k <= std::min(s + 1, line.count - 1); ++k)
         wanted[k] = true;
   for (std::size_t s = 0; s < line.count; ++s) {

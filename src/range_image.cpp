@@ -84,10 +84,21 @@ struct SightBlock {
        const DirectionGrid& grid)
   {
     const float* const coordinates = points.data() + 3 * first;
+    look({coordinates, coordinates + 1, coordinates + 2}, 3, count, place, grid);
+  }
+
+  /// \p count points whose coordinates are \p stride apart in arrays.
+  [[gnu::always_inline]] inline void
+  look(const std::array<const float*, 3>& points,
+       std::size_t stride,
+       std::size_t count,
+       const Eigen::Vector3f& place,
+       const DirectionGrid& grid)
+  {
     for (std::size_t i = 0; i < count; ++i) {
-      x[i] = coordinates[3 * i] - place.x();
-      y[i] = coordinates[3 * i + 1] - place.y();
-      z[i] = coordinates[3 * i + 2] - place.z();
+      x[i] = points[0][stride * i] - place.x();
+      y[i] = points[1][stride * i] - place.y();
+      z[i] = points[2][stride * i] - place.z();
     }
     for (std::size_t i = 0; i < count; ++i)
       range[i] = std::sqrt(x[i] * x[i] + (y[i] * y[i] + z[i] * z[i]));
@@ -287,6 +298,25 @@ RangeImage::findFreeRanges()
               least = std::min(least, nearest_[at(r, c)]);
         free_[at(row, column)] = least;
       }
+}
+
+PCL_SSFR_VECTOR_CLONES void
+RangeImage::findFree(
+    const std::array<const float*, 3>& places, std::size_t count, float ratio, float margin, std::int32_t* free) const
+{
+  if (empty()) {
+    std::fill(free, free + count, 0);
+    return;
+  }
+  SightBlock block;
+  for (std::size_t first = 0; first < count; first += SightBlock::kSize) {
+    const std::size_t n = std::min(SightBlock::kSize, count - first);
+    block.look({places[0] + first, places[1] + first, places[2] + first}, 1, n, viewpoint_, grid_);
+    for (std::size_t i = 0; i < n; ++i) {
+      const float reach = free_[static_cast<std::size_t>(block.cells[i])];
+      free[first + i] = static_cast<int>(reach > 0) & static_cast<int>(block.range[i] < ratio * reach - margin);
+    }
+  }
 }
 
 double

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <set>
 
 namespace pcl_ssfr {
@@ -140,37 +141,112 @@ TEST(PatchIndex, MasksOfUnorientedPatchesHoldBothSides)
   EXPECT_NE(mask >> directionClass(-Eigen::Vector3f::UnitX()) & 1, 0U);
 }
 
-TEST(PatchIndexCount, IsTheMaskOfEachProbe)
-{
-  // Any number of probes, inside, outside and nowhere, moved anywhere: one by one with mask() it is the same number.
-  const PatchIndex index(testing::randomPatches(500, 4, 1, 5), 0.4);
-  testing::Random random(6);
-  PatchIndex::Probes probes;
-  std::vector<Eigen::Vector3f> places, normals;
-  for (int i = 0; i < 300; ++i) {
-    places.emplace_back(
-        Eigen::Vector3d(random.uniform(-5, 5), random.uniform(-5, 5), random.uniform(-5, 5)).cast<float>());
-    normals.emplace_back(testing::randomRotation(random).col(0).cast<float>());
+/// Probes inside, outside and nowhere, among patches.
+class PatchIndexCount : public ::testing::Test {
+protected:
+  PatchIndexCount()
+  {
+    testing::Random random(6);
+    for (int i = 0; i < 300; ++i) {
+      Eigen::Vector3f place = randomPlace(random, 5);
+      if (i == 7)
+        place.x() = kNan;
+      else if (i == 8)
+        place.y() = kInf;
+      else if (i == 9)
+        place.z() = -kMaxFloat;
+      probes.add(place, testing::randomRotation(random).col(0).cast<float>());
+    }
   }
-  places[7].x() = kNan;
-  places[8].y() = kInf;
-  places[9].z() = -kMaxFloat;
-  for (std::size_t i = 0; i < places.size(); ++i)
-    probes.add(places[i], normals[i]);
+
+  /// Whether a probe, moved by \p t, has patches near it that face its way, by mask() alone.
+  bool
+  faces(std::size_t i, const Eigen::Vector3f& t) const
+  {
+    return (index.mask(Eigen::Vector3f(probes.x[i], probes.y[i], probes.z[i]) + t) & probes.direction[i]) != 0;
+  }
+
+  const PatchIndex index{testing::randomPatches(500, 4, 1, 5), 0.4};
+  PatchIndex::Probes probes;
+};
+
+TEST_F(PatchIndexCount, IsTheMaskOfEachProbe)
+{
+  // Any number of probes, moved anywhere: one by one it is the same.
+  testing::Random random(8);
   int total = 0;
   for (int k = 0; k < 40; ++k) {
-    const Eigen::Vector3f t =
-        Eigen::Vector3d(random.uniform(-3, 3), random.uniform(-3, 3), random.uniform(-3, 3)).cast<float>();
-    const auto begin = static_cast<std::size_t>(3 * k),
-               end = std::min(places.size(), begin + 7 * static_cast<std::size_t>(k));
-    int expected = 0;
+    const Eigen::Vector3f t = randomPlace(random, 3);
+    const auto begin = static_cast<std::size_t>(3 * k);
+    const std::size_t end = std::min(probes.x.size(), begin + 7 * static_cast<std::size_t>(k));
+    std::vector<std::int32_t> expected, found(end - begin, -1);
     for (std::size_t i = begin; i < end; ++i)
-      expected += (index.mask(places[i] + t) >> directionClass(normals[i]) & 1) != 0;
-    EXPECT_EQ(index.countFacing(probes, begin, end, t), expected) << k;
-    total += expected;
+      expected.push_back(faces(i, t) ? 1 : 0);
+    const int count = std::accumulate(expected.begin(), expected.end(), 0);
+    EXPECT_EQ(index.countFacing(probes, begin, end, t), count) << k;
+    index.findFacing(probes, begin, end, t, found.data());
+    EXPECT_EQ(found, expected) << k;
+    total += count;
   }
   EXPECT_GT(total, 100); // there was something to count
-  EXPECT_EQ(PatchIndex().countFacing(probes, 0, places.size(), Eigen::Vector3f::Zero()), 0);
+}
+
+TEST_F(PatchIndexCount, OfALineIsThatOfEachShift)
+{
+  // Lines in any direction, also along one axis or two, that start within the grid and without, and lines of one place.
+  testing::Random random(9);
+  int total = 0;
+  for (int k = 0; k < 120; ++k) {
+    ShiftLine line{randomPlace(random, k % 3 == 0 ? 40 : 8), randomPlace(random, 0.3), static_cast<std::size_t>(k)};
+    for (int axis = 0; axis < 3; ++axis)
+      if (k >> axis & 1)
+        line.step[axis] = axis == 1 ? -0.f : 0.f;
+    if (k % 3 == 0)
+      line.start = -0.5f * static_cast<float>(k) * line.step; // through the middle
+    const auto begin = static_cast<std::size_t>(k);
+    const std::vector<int> found = index.countFacingAlong(line, probes, begin, probes.x.size());
+    ASSERT_EQ(found.size(), line.count);
+    for (std::size_t s = 0; s < line.count; ++s) {
+      EXPECT_EQ(found[s], index.countFacing(probes, begin, probes.x.size(), line[s])) << k << " " << s;
+      total += found[s];
+    }
+  }
+  EXPECT_GT(total, 1000);
+}
+
+TEST_F(PatchIndexCount, OfALineFarFromTheOrigin)
+{
+  // There floats are 0.06 m apart: what is next to the edge of the grid must not get lost.
+  PlanarPatches patches = testing::randomPatches(200, 4, 1, 5);
+  patches.samples.points.colwise() += Eigen::Vector3d(1e6, -1e6, 1e6);
+  const PatchIndex far(patches, 0.4);
+  const ShiftLine line{{1e6f - 8, -1e6f - 8, 1e6f - 8}, {0.13f, 0.13f, 0.13f}, 130};
+  const std::vector<int> found = far.countFacingAlong(line, probes, 0, probes.x.size());
+  for (std::size_t s = 0; s < line.count; ++s)
+    EXPECT_EQ(found[s], far.countFacing(probes, 0, probes.x.size(), line[s])) << s;
+  EXPECT_GT(std::accumulate(found.begin(), found.end(), 0), 100);
+}
+
+TEST_F(PatchIndexCount, OfNothing)
+{
+  EXPECT_EQ(PatchIndex().countFacing(probes, 0, probes.x.size(), Eigen::Vector3f::Zero()), 0);
+  std::vector<std::int32_t> found(probes.x.size(), -1);
+  PatchIndex().findFacing(probes, 0, probes.x.size(), Eigen::Vector3f::Zero(), found.data());
+  EXPECT_EQ(found, std::vector<std::int32_t>(probes.x.size(), 0));
+  const ShiftLine line{Eigen::Vector3f::Zero(), Eigen::Vector3f::UnitX(), 3};
+  EXPECT_EQ(PatchIndex().countFacingAlong(line, probes, 0, probes.x.size()), std::vector<int>(3, 0));
+  EXPECT_EQ(index.countFacingAlong(line, probes, 5, 5), std::vector<int>(3, 0));
+  EXPECT_TRUE(index.countFacingAlong(ShiftLine(), probes, 0, probes.x.size()).empty());
+}
+
+TEST(ShiftLine, EverySecondOfIt)
+{
+  const ShiftLine line{{1, 2, 3}, {0.1f, 0.7f, -0.3f}, 7};
+  const ShiftLine second = line.everySecond();
+  ASSERT_EQ(second.count, 4U);
+  for (std::size_t i = 0; i < second.count; ++i)
+    EXPECT_EQ(second[i], line[2 * i]);
+  EXPECT_EQ((ShiftLine{{1, 2, 3}, {1, 0, 0}, 0}).everySecond().count, 0U);
 }
 
 /// Against a loop over all patches. A patch is found at least from the voxels that lie wholly within its reach, and at

@@ -95,6 +95,40 @@ TEST(RangeImage, FreeRangeHeedsTheNeighbours)
   }
 }
 
+TEST(RangeImage, FreePlacesAreThoseNearerThanTheFreeRange)
+{
+  const Eigen::Vector3f viewpoint(0.4f, -0.3f, 0.2f);
+  const RangeImage image(testing::samplePoints(testing::roomRectangles(), 40, 4), viewpoint, 0.05);
+  testing::Random random(3);
+  const std::size_t count = 1000;
+  std::vector<float> x, y, z;
+  for (std::size_t i = 0; i < count; ++i) {
+    x.push_back(static_cast<float>(random.uniform(-2, 2)));
+    y.push_back(static_cast<float>(random.uniform(-2, 2)));
+    z.push_back(static_cast<float>(random.uniform(-2, 2)));
+  }
+  x[3] = y[4] = z[5] = kNan;
+  x[6] = kInf;
+  z[7] = -kMaxFloat;
+  const float ratio = 0.95f, margin = 0.3f;
+  std::vector<std::int32_t> found(count, -1), none(count, -1);
+  image.findFree({x.data(), y.data(), z.data()}, count, ratio, margin, found.data());
+  std::size_t free = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const Eigen::Vector3f ray = Eigen::Vector3f(x[i], y[i], z[i]) - viewpoint;
+    const float reach = image.freeRange(image.cell(ray));
+    const bool expected = reach > 0 && ray.norm() < ratio * reach - margin;
+    EXPECT_EQ(found[i], expected ? 1 : 0) << i;
+    free += expected;
+  }
+  EXPECT_GT(free, count / 10);
+  EXPECT_LT(free, count);
+  image.findFree({x.data(), y.data(), z.data()}, 0, ratio, margin, none.data());
+  EXPECT_EQ(none, std::vector<std::int32_t>(count, -1));
+  RangeImage().findFree({x.data(), y.data(), z.data()}, count, ratio, margin, none.data());
+  EXPECT_EQ(none, std::vector<std::int32_t>(count, 0));
+}
+
 TEST(RangeImage, CellsPartitionTheDirections)
 {
   const double width = 0.2; // 8 x 8 cells on a face

@@ -9,6 +9,7 @@
 
 #include <array>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 namespace pcl_ssfr {
@@ -23,6 +24,25 @@ directionClass(const Eigen::Vector3f& d);
 /// Bit set of the classes whose centre is within \p angle [rad] of unit vector \p d.
 std::uint64_t
 directionClassesNear(const Eigen::Vector3f& d, double angle);
+
+/// Shifts at equal distances.
+struct ShiftLine {
+  Eigen::Vector3f start; ///< [m]
+  Eigen::Vector3f step;  ///< [m]
+  std::size_t count = 0;
+
+  Eigen::Vector3f
+  operator[](std::size_t i) const
+  {
+    return start + static_cast<float>(i) * step;
+  }
+  /// The first of them, the third, and so on.
+  ShiftLine
+  everySecond() const
+  {
+    return {start, 2 * step, (count + 1) / 2};
+  }
+};
 
 /** \brief Planar patches in a voxel grid: which patches pass near a place, and which way they face.
  *
@@ -85,6 +105,16 @@ public:
   /// many.
   int
   countFacing(const Probes& probes, std::size_t begin, std::size_t end, const Eigen::Vector3f& t) const;
+
+  /// The same for each shift of a line. Shifts that move a probe out of the grid cost next to nothing.
+  std::vector<int>
+  countFacingAlong(const ShiftLine& line, const Probes& probes, std::size_t begin, std::size_t end) const;
+
+  /// Whether each of the probes [\p begin, \p end), moved by \p t, has patches near it that face its way: 1 or 0 into
+  /// as many elements of \p facing.
+  void
+  findFacing(
+      const Probes& probes, std::size_t begin, std::size_t end, const Eigen::Vector3f& t, std::int32_t* facing) const;
 
   /// The compatible patch with the smallest plane distance at place \p p with unit normal \p n; -1 when there is none.
   int
@@ -165,6 +195,11 @@ private:
     std::array<std::int32_t, kSize> voxel;  ///< within the block
     std::array<std::int32_t, kSize> inside; ///< 1 or 0: then block and voxel are 0
   };
+
+  /// The first and the last shift of a line that may leave a place in the grid; the last is less than the first when
+  /// there is none.
+  std::pair<float, float>
+  shiftsWithin(const ShiftLine& line, const Eigen::Vector3f& place) const;
 
   /// Places whose coordinates are in arrays, moved by \p t, at most Located::kSize.
   void

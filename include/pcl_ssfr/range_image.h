@@ -8,7 +8,9 @@
 #include <Eigen/Core>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -114,6 +116,11 @@ public:
   {
     return free_[cell];
   }
+  /// Which of \p count places, whose coordinates [m] are in arrays, lie in free space: nearer than \p ratio of the free
+  /// range of their direction, less \p margin [m]. 1 or 0 into the \p count elements of \p free.
+  void
+  findFree(const std::array<const float*, 3>& places, std::size_t count, float ratio, float margin, std::int32_t* free)
+      const;
   /// Range of the farthest return in a cell [m]; 0 when there was none.
   float
   farthest(std::size_t cell) const
