@@ -35,18 +35,29 @@ struct Step {
   }
 };
 
-/// Call \p add(first, count, sum) for blocks of the indices 0 ... count - 1 and add all sums to \p equations. The
-/// blocks do not depend on the number of threads, so neither do the bits.
-template <typename Add>
+/// Call \p add_source(first, count, sum) for blocks of the indices 0 ... source_count - 1, \p add_target likewise, and
+/// add all sums to \p equations. The blocks do not depend on the number of threads, so neither do the bits.
+template <typename AddSource, typename AddTarget>
 void
-addInBlocks(Eigen::Index count, int threads, PlaneEquations& equations, const Add& add)
+addInBlocks(Eigen::Index source_count,
+            Eigen::Index target_count,
+            int threads,
+            PlaneEquations& equations,
+            const AddSource& add_source,
+            const AddTarget& add_target)
 {
   constexpr Eigen::Index kBlock = PlaceBlock::kSize;
-  const Eigen::Index blocks = (count + kBlock - 1) / kBlock;
+  const auto blocksOf = [&](Eigen::Index count) { return (count + kBlock - 1) / kBlock; };
+  const Eigen::Index of_source = blocksOf(source_count);
+  const Eigen::Index blocks = of_source + blocksOf(target_count);
   std::vector<PlaneEquations> sums(static_cast<std::size_t>(blocks));
   forEachInParallel(blocks, 4, threads, [&](Eigen::Index k) {
     PlaneEquations sum; // not in its place: neighbours would share lines of the caches
-    add(k * kBlock, std::min(kBlock, count - k * kBlock), sum);
+    const Eigen::Index first = (k < of_source ? k : k - of_source) * kBlock;
+    if (k < of_source)
+      add_source(first, std::min(kBlock, source_count - first), sum);
+    else
+      add_target(first, std::min(kBlock, target_count - first), sum);
     sums[static_cast<std::size_t>(k)] = sum;
   });
   for (const PlaneEquations& sum : sums)
@@ -171,7 +182,7 @@ refinePatches(const PlanarPatches& source,
   std::vector<int> found(static_cast<std::size_t>(source.size()), -1);
   return refine(T_target_source, centre, options, [&](const Step& step, PlaneEquations& equations) {
     const Eigen::Isometry3d& T = step.T_target_source;
-    addInBlocks(source.size(), 1, equations, [&](Eigen::Index first, Eigen::Index count, PlaneEquations& sum) {
+    const auto addPatches = [&](Eigen::Index first, Eigen::Index count, PlaneEquations& sum) {
       PlaneMatches matches;
       MatchSpread along, across;
       const auto add =
@@ -185,7 +196,8 @@ refinePatches(const PlanarPatches& source,
       addMatches(matches, step.scale, step.farthest(), sum);
       addSpread(matches, along, sum);
       addSpread(matches, across, sum);
-    });
+    };
+    addInBlocks(source.size(), 0, 1, equations, addPatches, [](const auto&...) {});
   });
 }
 
@@ -230,37 +242,27 @@ refineMutual(const SurfacePoints& source,
   std::vector<int> found_of_target(static_cast<std::size_t>(target.points.cols()), -1);
   return refine(T_target_source, centre, options, [&](const Step& step, PlaneEquations& equations) {
     const Eigen::Isometry3d& T = step.T_target_source;
-    const auto addPoints = [&](const SurfacePoints& surface,
-                               const Eigen::Isometry3d& T_moved,
-                               const PatchIndex& planes,
-                               std::vector<int>& found,
-                               const auto& addMatch) {
-      const auto addBlock = [&](Eigen::Index first, Eigen::Index count, PlaneEquations& sum) {
-        PlaneMatches matches;
-        const auto add = [&](Eigen::Index i, const auto& p, const auto&, const auto& at) {
-          addMatch(matches, i, p, at);
-        };
-        forEachMeeting(surface.points, surface.normals, T_moved, first, count, planes, step, found, add);
-        addMatches(matches, step.scale, step.farthest(), sum);
+    const Eigen::Isometry3d T_source_target = T.inverse();
+    const auto addSource = [&](Eigen::Index first, Eigen::Index count, PlaneEquations& sum) {
+      PlaneMatches matches;
+      const auto add = [&](Eigen::Index, const auto& p, const auto&, const PatchIndex::Meeting& at) {
+        matches.add(p - centre, at.normal, at.distance, 1 / at.variance);
       };
-      addInBlocks(surface.points.cols(), options.threads, equations, addBlock);
+      forEachMeeting(source.points, source.normals, T, first, count, target_planes, step, found_of_source, add);
+      addMatches(matches, step.scale, step.farthest(), sum);
     };
-    addPoints(source,
-              T,
-              target_planes,
-              found_of_source,
-              [&](PlaneMatches& matches, Eigen::Index, const Eigen::Vector3d& p, const PatchIndex::Meeting& at) {
-                matches.add(p - centre, at.normal, at.distance, 1 / at.variance);
-              });
     // The other way round it is the plane that moves: its distance to a fixed point shrinks along its normal.
-    addPoints(target,
-              T.inverse(),
-              source_planes,
-              found_of_target,
-              [&](PlaneMatches& matches, Eigen::Index i, const Eigen::Vector3d&, const PatchIndex::Meeting& at) {
-                const Eigen::Vector3d q = target.points.col(i).cast<double>();
-                matches.add(q - centre, T.linear() * at.normal, -at.distance, 1 / at.variance);
-              });
+    const auto addTarget = [&](Eigen::Index first, Eigen::Index count, PlaneEquations& sum) {
+      PlaneMatches matches;
+      const auto add = [&](Eigen::Index i, const auto&, const auto&, const PatchIndex::Meeting& at) {
+        const Eigen::Vector3d q = target.points.col(i).cast<double>();
+        matches.add(q - centre, T.linear() * at.normal, -at.distance, 1 / at.variance);
+      };
+      forEachMeeting(
+          target.points, target.normals, T_source_target, first, count, source_planes, step, found_of_target, add);
+      addMatches(matches, step.scale, step.farthest(), sum);
+    };
+    addInBlocks(source.points.cols(), target.points.cols(), options.threads, equations, addSource, addTarget);
   });
 }
 
