@@ -509,6 +509,27 @@ TEST(ViewModel, saysWhereTheTruthIsLost)
   EXPECT_FALSE(shifted.findLoss().back().passed);
 }
 
+TEST(ViewModel, explainsEveryEffortThatWasMade)
+{
+  const auto effortsExplained = [](const std::vector<std::string>& scans) {
+    std::vector<std::string> arguments = scans;
+    arguments.insert(arguments.end(), {"--png", "none", "--threads", "1"});
+    apps::ViewRun run = apps::loadRun(apps::parseViewArguments(arguments));
+    run.truth = Eigen::Isometry3d::Identity();
+    const apps::ViewModel model(std::move(run), 1);
+    std::set<std::string> efforts;
+    for (const apps::LossStep& step : model.findLoss())
+      if (step.stage.rfind("rotation", 0) == 0)
+        efforts.insert(step.stage);
+    return efforts;
+  };
+  const std::string data = kData;
+  // The scans of one place are laid on each other at once, those of two places are looked at twice.
+  EXPECT_EQ(effortsExplained({data + "/hall_1.pcd", data + "/hall_0.pcd"}), std::set<std::string>({"rotation"}));
+  EXPECT_EQ(effortsExplained({data + "/apartment_1.pcd", data + "/hall_0.pcd"}),
+            std::set<std::string>({"rotation, effort 1", "rotation, effort 2"}));
+}
+
 // ---------------------------------------------------------------------------------------------------------------------
 // The window
 
