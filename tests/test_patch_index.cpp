@@ -155,7 +155,7 @@ protected:
         place.y() = kInf;
       else if (i == 9)
         place.z() = -kMaxFloat;
-      probes.add(place, testing::randomRotation(random).col(0).cast<float>());
+      probes_.add(place, testing::randomRotation(random).col(0).cast<float>());
     }
   }
 
@@ -163,11 +163,11 @@ protected:
   bool
   faces(std::size_t i, const Eigen::Vector3f& t) const
   {
-    return (index.mask(Eigen::Vector3f(probes.x[i], probes.y[i], probes.z[i]) + t) & probes.direction[i]) != 0;
+    return (index_.mask(Eigen::Vector3f(probes_.x[i], probes_.y[i], probes_.z[i]) + t) & probes_.direction[i]) != 0;
   }
 
-  const PatchIndex index{testing::randomPatches(500, 4, 1, 5), 0.4};
-  PatchIndex::Probes probes;
+  const PatchIndex index_{testing::randomPatches(500, 4, 1, 5), 0.4};
+  PatchIndex::Probes probes_;
 };
 
 TEST_F(PatchIndexCount, IsTheMaskOfEachProbe)
@@ -178,13 +178,13 @@ TEST_F(PatchIndexCount, IsTheMaskOfEachProbe)
   for (int k = 0; k < 40; ++k) {
     const Eigen::Vector3f t = randomPlace(random, 3);
     const auto begin = static_cast<std::size_t>(3 * k);
-    const std::size_t end = std::min(probes.x.size(), begin + 7 * static_cast<std::size_t>(k));
+    const std::size_t end = std::min(probes_.x.size(), begin + 7 * static_cast<std::size_t>(k));
     std::vector<std::int32_t> expected, found(end - begin, -1);
     for (std::size_t i = begin; i < end; ++i)
       expected.push_back(faces(i, t) ? 1 : 0);
     const int count = std::accumulate(expected.begin(), expected.end(), 0);
-    EXPECT_EQ(index.countFacing(probes, begin, end, t), count) << k;
-    index.findFacing(probes, begin, end, t, found.data());
+    EXPECT_EQ(index_.countFacing(probes_, begin, end, t), count) << k;
+    index_.findFacing(probes_, begin, end, t, found.data());
     EXPECT_EQ(found, expected) << k;
     total += count;
   }
@@ -204,10 +204,10 @@ TEST_F(PatchIndexCount, OfALineIsThatOfEachShift)
     if (k % 3 == 0)
       line.start = -0.5f * static_cast<float>(k) * line.step; // through the middle
     const auto begin = static_cast<std::size_t>(k);
-    const std::vector<int> found = index.countFacingAlong(line, probes, begin, probes.x.size());
+    const std::vector<int> found = index_.countFacingAlong(line, probes_, begin, probes_.x.size());
     ASSERT_EQ(found.size(), line.count);
     for (std::size_t s = 0; s < line.count; ++s) {
-      EXPECT_EQ(found[s], index.countFacing(probes, begin, probes.x.size(), line[s])) << k << " " << s;
+      EXPECT_EQ(found[s], index_.countFacing(probes_, begin, probes_.x.size(), line[s])) << k << " " << s;
       total += found[s];
     }
   }
@@ -221,22 +221,22 @@ TEST_F(PatchIndexCount, OfALineFarFromTheOrigin)
   patches.samples.points.colwise() += Eigen::Vector3d(1e6, -1e6, 1e6);
   const PatchIndex far(patches, 0.4);
   const ShiftLine line{{1e6f - 8, -1e6f - 8, 1e6f - 8}, {0.13f, 0.13f, 0.13f}, 130};
-  const std::vector<int> found = far.countFacingAlong(line, probes, 0, probes.x.size());
+  const std::vector<int> found = far.countFacingAlong(line, probes_, 0, probes_.x.size());
   for (std::size_t s = 0; s < line.count; ++s)
-    EXPECT_EQ(found[s], far.countFacing(probes, 0, probes.x.size(), line[s])) << s;
+    EXPECT_EQ(found[s], far.countFacing(probes_, 0, probes_.x.size(), line[s])) << s;
   EXPECT_GT(std::accumulate(found.begin(), found.end(), 0), 100);
 }
 
 TEST_F(PatchIndexCount, OfNothing)
 {
-  EXPECT_EQ(PatchIndex().countFacing(probes, 0, probes.x.size(), Eigen::Vector3f::Zero()), 0);
-  std::vector<std::int32_t> found(probes.x.size(), -1);
-  PatchIndex().findFacing(probes, 0, probes.x.size(), Eigen::Vector3f::Zero(), found.data());
-  EXPECT_EQ(found, std::vector<std::int32_t>(probes.x.size(), 0));
+  EXPECT_EQ(PatchIndex().countFacing(probes_, 0, probes_.x.size(), Eigen::Vector3f::Zero()), 0);
+  std::vector<std::int32_t> found(probes_.x.size(), -1);
+  PatchIndex().findFacing(probes_, 0, probes_.x.size(), Eigen::Vector3f::Zero(), found.data());
+  EXPECT_EQ(found, std::vector<std::int32_t>(probes_.x.size(), 0));
   const ShiftLine line{Eigen::Vector3f::Zero(), Eigen::Vector3f::UnitX(), 3};
-  EXPECT_EQ(PatchIndex().countFacingAlong(line, probes, 0, probes.x.size()), std::vector<int>(3, 0));
-  EXPECT_EQ(index.countFacingAlong(line, probes, 5, 5), std::vector<int>(3, 0));
-  EXPECT_TRUE(index.countFacingAlong(ShiftLine(), probes, 0, probes.x.size()).empty());
+  EXPECT_EQ(PatchIndex().countFacingAlong(line, probes_, 0, probes_.x.size()), std::vector<int>(3, 0));
+  EXPECT_EQ(index_.countFacingAlong(line, probes_, 5, 5), std::vector<int>(3, 0));
+  EXPECT_TRUE(index_.countFacingAlong(ShiftLine(), probes_, 0, probes_.x.size()).empty());
 }
 
 TEST(ShiftLine, EverySecondOfIt)

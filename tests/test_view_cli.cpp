@@ -224,8 +224,9 @@ protected:
     EXPECT_EQ(named, wanted);
     for (const std::string& name : named) {
       SCOPED_TRACE(name);
-      ASSERT_TRUE(fs::exists(path + "/" + name));
-      const Picture picture(path + "/" + name);
+      const fs::path file = fs::path(path) / name;
+      ASSERT_TRUE(fs::exists(file));
+      const Picture picture(file.string());
       EXPECT_EQ(picture.width(), kPictureWidth);
       EXPECT_GT(picture.height(), 250);
       EXPECT_LT(picture.height(), 3000);
