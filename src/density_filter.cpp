@@ -261,6 +261,16 @@ collectRegion(const DirectionSet& set, Eigen::Index peak, double density, const 
   return region;
 }
 
+/// Every how many-th of \p n directions is asked for its density: odd, and 1 where there are few.
+Eigen::Index
+queryStride(Eigen::Index n, int max_queries)
+{
+  if (max_queries <= 0 || n <= max_queries)
+    return 1;
+  const Eigen::Index stride = (n + max_queries - 1) / max_queries;
+  return stride % 2 == 1 ? stride : stride + 1;
+}
+
 } // namespace
 
 Eigen::VectorXd
@@ -270,17 +280,18 @@ computeDensity(const DirectionSet& directions,
                const Deadline& deadline)
 {
   const WeightTree tree(directions);
-  Eigen::VectorXd density(directions.size());
+  Eigen::VectorXd density = Eigen::VectorXd::Zero(directions.size());
+  const Eigen::Index stride = queryStride(directions.size(), options.max_queries);
   std::atomic<bool> is_late{false};
   forEachInParallel(directions.size(), 256, static_cast<int>(threads), [&](Eigen::Index i) {
     if (i % kQueriesPerLook == 0 && deadline.hasPassed())
       is_late = true;
-    if (is_late)
+    const Eigen::Index column = tree.column(i);
+    if (is_late || column % stride != 0)
       return;
     const Eigen::Vector3d query = tree.point(i);
-    density[tree.column(i)] = options.kernel == DensityOptions::Kernel::Count
-                                  ? tree.weightWithin(query, options.radius)
-                                  : tree.gaussianWithin(query, options.radius);
+    density[column] = options.kernel == DensityOptions::Kernel::Count ? tree.weightWithin(query, options.radius)
+                                                                      : tree.gaussianWithin(query, options.radius);
   });
   return density;
 }

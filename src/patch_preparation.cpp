@@ -29,12 +29,14 @@ constexpr double kMergeModes = 0.2;    // chord
 
 constexpr int kMaxMainNormals = 14;
 constexpr double kMinRelativeDensity = 0.02;
+constexpr int kDensityQueries = 8192;           // scans of a few 100,000 points have fewer patches
 constexpr std::size_t kViewpointPoints = 40000; // drawn to look for the sensor where it is not known
 constexpr std::size_t kMinPointsPerCell = 12;   // in the coarsest cell of a typical point; else the scale is doubled
 constexpr int kMaxCoarsenings = 6;
 constexpr int kCoarsePatches = 600;     // drawn for the coarse refinement
 constexpr int kPolishPoints = 2;        // for the polish, of each ...
-constexpr int kPolishGroup = 25;        // ... thinned points of a patch
+constexpr int kPolishGroup = 25;        // ... thinned points of a patch; of more where that gives ...
+constexpr int kPolishMost = 20000;      // ... more than so many
 constexpr double kNoiseQuantile = 0.25; // of the thickness of patches: an estimate of the noise that clutter spares
 constexpr double kThicknessOverNoise = 1.6;
 
@@ -134,6 +136,7 @@ patchDensityOptions(const Options& options)
   density.max_regions = kMaxMainNormals;
   density.silence_chord = kSilence;
   density.min_relative_density = kMinRelativeDensity;
+  density.max_queries = kDensityQueries;
   return density;
 }
 
@@ -218,7 +221,7 @@ preparePatchScan(const ScanView& scan, const Options& options, const Deadline& d
   prepared.coarse = selectPatches(prepared.patches,
                                   drawRepresentatives(prepared.patches.samples, prepared.main_normals, kCoarsePatches));
   prepared.coarse.samples.weights.setOnes(); // each stands for others, small and large ones
-  prepared.surface = drawSurfacePoints(cloud, prepared.patches, kPolishPoints, kPolishGroup);
+  prepared.surface = drawSurfacePoints(cloud, prepared.patches, kPolishPoints, kPolishGroup, kPolishMost);
   cloud = ThinnedCloud(); // its memory goes before the index needs some
   prepared.index = PatchIndex(prepared.patches, kVoxel * prepared.scale);
   prepared.stages.push_back(clock.lap("index", count(prepared.patches.size()), count(prepared.surface.points.cols())));

@@ -202,18 +202,25 @@ refinePatches(const PlanarPatches& source,
 }
 
 SurfacePoints
-drawSurfacePoints(const ThinnedCloud& cloud, const PlanarPatches& patches, int drawn_of_group, int group)
+drawSurfacePoints(const ThinnedCloud& cloud, const PlanarPatches& patches, int drawn_of_group, int group, int most)
 {
+  auto size = static_cast<std::uint64_t>(group);
   const auto share = [&](std::uint64_t count) {
-    const auto size = static_cast<std::uint64_t>(group);
     return std::min(count, static_cast<std::uint64_t>(drawn_of_group) * ((count + size - 1) / size));
   };
-  Eigen::Index total = 0;
-  for (const std::uint32_t count : patches.counts)
-    total += static_cast<Eigen::Index>(share(count));
+  const auto total = [&] {
+    std::uint64_t sum = 0;
+    for (const std::uint32_t count : patches.counts)
+      sum += share(count);
+    return sum;
+  };
+  const std::uint64_t largest =
+      patches.counts.empty() ? 0 : *std::max_element(patches.counts.begin(), patches.counts.end());
+  while (most > 0 && size < largest && total() > static_cast<std::uint64_t>(most))
+    size *= 2;
   SurfacePoints surface;
-  surface.points.resize(3, total);
-  surface.normals.resize(3, total);
+  surface.points.resize(3, static_cast<Eigen::Index>(total()));
+  surface.normals.resize(3, surface.points.cols());
   Eigen::Index next = 0;
   for (std::size_t i = 0; i < patches.counts.size(); ++i) {
     const std::uint64_t count = patches.counts[i];

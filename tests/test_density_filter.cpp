@@ -98,6 +98,51 @@ TEST(DensityFilter, SameBitsForAnyNumberOfThreads)
   }
 }
 
+TEST(DensityFilter, AsksAsManyAsItMay)
+{
+  const DirectionSet set = makeCaps({300, 200, 100, 50}, 350, 0.05, 3); // 1000
+  DensityOptions options;
+  options.kernel = DensityOptions::Kernel::Gaussian;
+  options.radius = 0.3;
+  const Eigen::VectorXd of_all = computeDensity(set, options);
+  for (const auto& [most, stride] :
+       {std::pair(1000, 1), {5000, 1}, {999, 3}, {334, 3}, {333, 5}, {100, 11}, {1, 1001}}) {
+    options.max_queries = most;
+    for (const unsigned threads : {1U, 3U}) {
+      const Eigen::VectorXd density = computeDensity(set, options, threads);
+      for (Eigen::Index i = 0; i < set.size(); ++i)
+        EXPECT_EQ(density[i], i % stride == 0 ? of_all[i] : 0) << most << " " << i; // each against all others
+    }
+  }
+}
+
+TEST(DensityFilter, AsksBothWaysOfUnorientedNormals)
+{
+  // n and -n take turns in the image of unoriented samples: whichever is skipped, peaks come in opposite pairs.
+  DirectionSet set = makeCaps({600, 300}, 100, 0.03, 4);
+  const DirectionSet one_way = set;
+  set.directions.resize(3, 2 * one_way.size());
+  for (Eigen::Index i = 0; i < one_way.size(); ++i) {
+    set.directions.col(2 * i) = one_way.directions.col(i);
+    set.directions.col(2 * i + 1) = -one_way.directions.col(i);
+  }
+  set.weights = Eigen::VectorXd::Ones(set.size());
+  DensityOptions options;
+  options.kernel = DensityOptions::Kernel::Gaussian;
+  options.radius = 0.1;
+  options.max_regions = 4;
+  for (const int most : {2000, 1000, 500, 300}) {
+    options.max_queries = most;
+    const std::vector<DenseRegion> regions = findDensestRegions(set, computeDensity(set, options), options);
+    ASSERT_EQ(regions.size(), 4U) << most;
+    for (const std::size_t k : {0U, 2U}) {
+      const Eigen::Vector3d axis = k == 0 ? Eigen::Vector3d::UnitX() : Eigen::Vector3d::UnitY();
+      EXPECT_LT(regions[k].peak.dot(regions[k + 1].peak), -0.99) << most;
+      EXPECT_GT(std::abs(regions[k].peak.dot(axis)), 0.99) << most;
+    }
+  }
+}
+
 TEST(DensityFilter, ManyEqualDirectionsAreCountedWholesale)
 {
   // 200,000 normals of one exact wall and a noisy one: a search of all neighbours would take 2e10 steps.

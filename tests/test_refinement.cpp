@@ -384,5 +384,23 @@ TEST(DrawSurfacePoints, EvenlyFromEveryPatch)
   }
 }
 
+TEST(DrawSurfacePoints, OfLargerGroupsWhereTheyAreTooMany)
+{
+  const Scan scan = makeScan(testing::roomRectangles(), Eigen::Isometry3d::Identity(), 6);
+  const auto draw = [&](int group, int most) { return drawSurfacePoints(scan.cloud, scan.patches, 2, group, most); };
+  const auto all = static_cast<int>(draw(5, 0).points.cols());
+  const auto half = static_cast<int>(draw(10, 0).points.cols());
+  const auto quarter = static_cast<int>(draw(20, 0).points.cols());
+  ASSERT_GT(all, half);
+  ASSERT_GT(half, quarter);
+  EXPECT_EQ(draw(5, all).points, draw(5, 0).points);
+  EXPECT_EQ(draw(5, all - 1).points, draw(10, 0).points);
+  EXPECT_EQ(draw(5, half - 1).points, draw(20, 0).points);
+  EXPECT_EQ(draw(5, half - 1).normals, draw(20, 0).normals);
+  // However few are wanted, every patch keeps those of one group.
+  EXPECT_EQ(draw(5, 1).points, draw(1000000, 0).points);
+  EXPECT_EQ(drawSurfacePoints(ThinnedCloud(), PlanarPatches(), 2, 5, 1).points.cols(), 0);
+}
+
 } // namespace
 } // namespace pcl_ssfr

@@ -25,6 +25,7 @@ struct DensityOptions {
   double max_elongation = 3;           ///< ratio of the two largest covariance eigenvalues that counts as elongated
   double max_elongated_chord = 0.1743; ///< spread 2 sqrt(l1) beyond which an elongated region is dropped, chord
   int max_region_points = 3000;        ///< at most so many (evenly strided) directions are kept in a region, >= 1
+  int max_queries = 0;                 ///< at most so many (evenly strided) directions may be peaks, >= 1; 0: all
 };
 
 /// One of the densest regions: the neighbours of a density peak within r_d.
@@ -37,7 +38,9 @@ struct DenseRegion {
 
 /** \brief Density of the Gaussian image at each of its points: the kernel-weighted sum of neighbour weights within r_d.
  *
- * The point itself counts. Costs O(N log N) plus the neighbours for any N. \p threads only changes the speed.
+ * The point itself counts. Costs O(N log N) plus the neighbours for any N. With max_queries, only so many points are
+ * asked, each against all others, and the cost stays linear; the rest get a density of 0. The stride is odd, so that
+ * both ways of an unoriented normal have their turn. \p threads only changes the speed.
  * What it gives when \p deadline passes meanwhile is of no use.
  */
 Eigen::VectorXd

@@ -65,9 +65,10 @@ struct SurfacePoints {
 };
 
 /// Evenly strided points of every patch with the patch's normal: \p drawn_of_group (>= 0) for each \p group (>= 1) of
-/// its points that it begins, but no more than it has.
+/// its points that it begins, but no more than it has. Where that gives more than \p most of all patches together (>=
+/// 0; 0: any number), groups are twice as large, or four times and so on, until no patch has more than one.
 SurfacePoints
-drawSurfacePoints(const ThinnedCloud& cloud, const PlanarPatches& patches, int drawn_of_group, int group);
+drawSurfacePoints(const ThinnedCloud& cloud, const PlanarPatches& patches, int drawn_of_group, int group, int most = 0);
 
 /** \brief The final polish: points of each scan onto the planes of the other, both ways in one system. */
 Refinement
