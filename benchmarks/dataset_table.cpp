@@ -167,7 +167,7 @@ whyLost(const Cloud& source, const Cloud& target, const Eigen::Isometry3d& truth
   const Candidate judged = judgePose(s, t, truth, options, false);
   const Candidate refined = judgePose(s, t, truth, options, true);
   const Eigen::Isometry3d inner = Eigen::Translation3d(-t.origin) * truth * Eigen::Translation3d(s.origin);
-  std::string where = "no search";
+  std::string where;
   std::size_t effort = 0;
   for (const PatchSearch& search : repeatSearch(s, t, options)) {
     double nearest = 180;
@@ -195,7 +195,7 @@ whyLost(const Cloud& source, const Cloud& target, const Eigen::Isometry3d& truth
                   rank,
                   search.poses.size(),
                   search.refined);
-    where = effort == 1 ? text : where + text;
+    where += text;
   }
   char text[240];
   std::snprintf(text,
@@ -209,7 +209,7 @@ whyLost(const Cloud& source, const Cloud& target, const Eigen::Isometry3d& truth
                 refined.overlap,
                 refined.contradiction,
                 refined.evidence.unmatched);
-  return where + text;
+  return (effort == 0 ? "no search" : where) + text;
 }
 
 void

@@ -102,9 +102,9 @@ protected:
   shell(const std::string& text) const
   {
     const int status =
-        std::system((text + " >'" + folder.file("stdout") + "' 2>'" + folder.file("stderr") + "'").c_str());
+        std::system((text + " >'" + folder_.file("stdout") + "' 2>'" + folder_.file("stderr") + "'").c_str());
     EXPECT_TRUE(WIFEXITED(status)) << text;
-    return {WEXITSTATUS(status), io::readFile(folder.file("stdout")), io::readFile(folder.file("stderr"))};
+    return {WEXITSTATUS(status), io::readFile(folder_.file("stdout")), io::readFile(folder_.file("stderr"))};
   }
   Outcome
   run(const std::string& arguments) const
@@ -119,12 +119,12 @@ protected:
   std::string
   out(const std::string& name = "out") const
   {
-    return " --out " + folder.file(name) + " ";
+    return " --out " + folder_.file(name) + " ";
   }
   std::vector<ResultRow>
   rows(const std::string& name = "out") const
   {
-    std::ifstream in(folder.file(name + "/results.csv"));
+    std::ifstream in(folder_.file(name + "/results.csv"));
     std::string line;
     std::getline(in, line);
     EXPECT_EQ(line, csvHeader());
@@ -148,7 +148,7 @@ protected:
   nlohmann::json
   reportData(const std::string& name) const
   {
-    const std::string page = io::readFile(folder.file(name + "/report.html"));
+    const std::string page = io::readFile(folder_.file(name + "/report.html"));
     const std::string mark = "id=\"data\">";
     const std::size_t begin = page.find(mark) + mark.size();
     return nlohmann::json::parse(page.substr(begin, page.find("</script", begin) - begin));
@@ -157,9 +157,9 @@ protected:
   std::string
   script(const std::string& name, const std::string& text) const
   {
-    io::writeFile(folder.file(name), "#!/bin/sh\n" + text + "\n");
-    chmod(folder.file(name).c_str(), 0755);
-    return folder.file(name);
+    io::writeFile(folder_.file(name), "#!/bin/sh\n" + text + "\n");
+    chmod(folder_.file(name).c_str(), 0755);
+    return folder_.file(name);
   }
   static std::string
   truthAsJson()
@@ -167,7 +167,7 @@ protected:
     return matrixJson(truth_).dump();
   }
 
-  TemporaryFolder folder;
+  TemporaryFolder folder_;
   static TemporaryFolder* data_;
   static Eigen::Isometry3d truth_;
 };
@@ -187,12 +187,12 @@ TEST_F(BenchmarkProgram, helpAndVersion)
 
 TEST_F(BenchmarkProgram, badInputIsOneLineBeforeAnyWork)
 {
-  std::filesystem::create_directories(folder.file("bad"));
-  io::writeFile(folder.file("bad/a.xyz"), "1 2 3\n");
-  io::writeFile(folder.file("bad/pairs.csv"),
+  std::filesystem::create_directories(folder_.file("bad"));
+  io::writeFile(folder_.file("bad/a.xyz"), "1 2 3\n");
+  io::writeFile(folder_.file("bad/pairs.csv"),
                 "source,target,T00,T01,T02,T03,T10,T11,T12,T13,T20,T21,T22,T23\n"
                 "a.xyz,a.xyz,1,0,0,0,0,1,0,0,0,0,one,0\n");
-  io::writeFile(folder.file("broken.json"), "{");
+  io::writeFile(folder_.file("broken.json"), "{");
   struct Case {
     std::string arguments;
     int code;
@@ -203,10 +203,10 @@ TEST_F(BenchmarkProgram, badInputIsOneLineBeforeAnyWork)
                         {small() + out() + "--methods magic", 2, "'magic'"},
                         {small() + out() + "--cpu-timeout soon", 2, "--cpu-timeout: 'soon'"},
                         {small() + out() + "--pairs 7", 2, "--pairs: '7'"},
-                        {"--dataset " + folder.file("none") + out(), 3, "none"},
-                        {"--dataset " + folder.file("bad") + out(), 3, "pairs.csv:2: column T22: 'one'"},
-                        {small() + out() + "--external " + folder.file("broken.json"), 3, "broken.json:1: column"},
-                        {small() + out() + "--parameters " + folder.file("no.json"), 3, "no.json"},
+                        {"--dataset " + folder_.file("none") + out(), 3, "none"},
+                        {"--dataset " + folder_.file("bad") + out(), 3, "pairs.csv:2: column T22: 'one'"},
+                        {small() + out() + "--external " + folder_.file("broken.json"), 3, "broken.json:1: column"},
+                        {small() + out() + "--parameters " + folder_.file("no.json"), 3, "no.json"},
                         {small() + "--out /proc/none", 3, "/proc/none"}};
   for (const Case& c : cases) {
     const Outcome result = run(c.arguments);
@@ -214,7 +214,7 @@ TEST_F(BenchmarkProgram, badInputIsOneLineBeforeAnyWork)
     EXPECT_EQ(result.output, "") << c.arguments;
     EXPECT_THAT(result.errors, AllOf(StartsWith("ssfr_benchmark: "), HasSubstr(c.named))) << c.arguments;
     EXPECT_EQ(std::count(result.errors.begin(), result.errors.end(), '\n'), 1) << result.errors;
-    EXPECT_FALSE(std::filesystem::exists(folder.file("out/results.csv"))) << c.arguments;
+    EXPECT_FALSE(std::filesystem::exists(folder_.file("out/results.csv"))) << c.arguments;
   }
 }
 
@@ -241,11 +241,11 @@ TEST_F(BenchmarkProgram, everyMethodRuns)
       EXPECT_GT(row.confidence, 0.5);
     }
   }
-  const auto summary = nlohmann::json::parse(io::readFile(folder.file("out/summary.json")));
+  const auto summary = nlohmann::json::parse(io::readFile(folder_.file("out/summary.json")));
   EXPECT_EQ(summary["complete"], true);
   EXPECT_EQ(summary["methods"].size(), methods().size());
   EXPECT_EQ(summary["settings"]["parameters"]["leaf"], 0.2);
-  EXPECT_THAT(io::readFile(folder.file("out/summary.md")), HasSubstr("| ssfr | 1 of 1, 100 % [21, 100] |"));
+  EXPECT_THAT(io::readFile(folder_.file("out/summary.md")), HasSubstr("| ssfr | 1 of 1, 100 % [21, 100] |"));
 }
 
 TEST_F(BenchmarkProgram, perturbedPairsAreTheSameForEveryNumberOfJobs)
@@ -280,7 +280,7 @@ TEST_F(BenchmarkProgram, externalProgramsCannotHurt)
   const std::string crash = script("crash.sh", "echo about to fall >&2\nkill -SEGV $$");
   // A child in a session of its own must not outlive the time limit.
   const std::string hang =
-      script("hang.sh", "setsid sh -c 'echo $$ > " + folder.file("stray") + "; sleep 300' &\nsleep 300");
+      script("hang.sh", "setsid sh -c 'echo $$ > " + folder_.file("stray") + "; sleep 300' &\nsleep 300");
   const std::string rubbish = script("rubbish.sh", "echo 'not {json'\nhead -c 100000 /dev/zero");
   const std::string scaled = script("scaled.sh", "echo '{\"T\": [2,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1]}'");
   const std::string fails = script("fails.sh", "echo no licence >&2\nexit 7");
@@ -295,15 +295,15 @@ TEST_F(BenchmarkProgram, externalProgramsCannotHurt)
                                                                         {"fails", fails},
                                                                         {"hungry", hungry}})
     json[name]["command"] = "'" + program + "' {source} {target}";
-  json["missing"]["command"] = folder.file("nowhere") + " {source}";
+  json["missing"]["command"] = folder_.file("nowhere") + " {source}";
   json["missing2"]["command"] = "no-such-program-anywhere";
-  io::writeFile(folder.file("methods.json"), json.dump());
+  io::writeFile(folder_.file("methods.json"), json.dump());
   const Outcome result = run(small() + out() + "--methods good --pairs 0 --perturb none --timeout 2 --external " +
-                             folder.file("methods.json"));
+                             folder_.file("methods.json"));
   ASSERT_EQ(result.code, 0) << result.errors;
   EXPECT_EQ(rows().size(), 1U); // only the one that was named
   ASSERT_EQ(
-      run(small() + out() + "--pairs 0 --timeout 2 --jobs 2 --resume --external " + folder.file("methods.json")).code,
+      run(small() + out() + "--pairs 0 --timeout 2 --jobs 2 --resume --external " + folder_.file("methods.json")).code,
       0);
   std::map<std::string, ResultRow> by_name;
   for (const ResultRow& row : rows())
@@ -334,26 +334,26 @@ TEST_F(BenchmarkProgram, externalProgramsCannotHurt)
   EXPECT_GT(by_name["hungry"].peak_rss_mib, 150);
   EXPECT_LT(by_name["hungry"].peak_rss_mib, 300);
   EXPECT_LT(by_name["fails"].peak_rss_mib, 60);
-  const int stray = std::stoi(io::readFile(folder.file("stray")));
+  const int stray = std::stoi(io::readFile(folder_.file("stray")));
   EXPECT_FALSE(isAlive(stray)) << "a child of the program that hung is still there";
 }
 
 TEST_F(BenchmarkProgram, processorTimeIsLimitedWhateverTheClockSays)
 {
   const std::string burn = "x = 0\nwhile True:\n  x += 1\n";
-  io::writeFile(folder.file("burn.py"), burn);
-  io::writeFile(folder.file("short.py"), "import time\nwhile time.process_time() < 0.4:\n  pass\n");
-  const std::string burns = script("burns.sh", "python3 " + folder.file("burn.py"));
-  const std::string many = script("many.sh", "while true; do python3 " + folder.file("short.py") + "; done");
+  io::writeFile(folder_.file("burn.py"), burn);
+  io::writeFile(folder_.file("short.py"), "import time\nwhile time.process_time() < 0.4:\n  pass\n");
+  const std::string burns = script("burns.sh", "python3 " + folder_.file("burn.py"));
+  const std::string many = script("many.sh", "while true; do python3 " + folder_.file("short.py") + "; done");
   const std::string sleeps = script("sleeps.sh", "sleep 3\necho '{\"T\": " + truthAsJson() + "}'");
   nlohmann::json json;
   for (const auto& [name, program] :
        std::map<std::string, std::string>{{"burns", burns}, {"many", many}, {"sleeps", sleeps}})
     json[name]["command"] = program;
-  io::writeFile(folder.file("methods.json"), json.dump());
-  io::writeFile(folder.file("endless.json"), R"({"ransac_iterations": 1e9, "leaf": 0.2})");
+  io::writeFile(folder_.file("methods.json"), json.dump());
+  io::writeFile(folder_.file("endless.json"), R"({"ransac_iterations": 1e9, "leaf": 0.2})");
   const std::string common = small() + out() + "--methods burns,many,sleeps,fpfh_ransac --pairs 0 --external " +
-                             folder.file("methods.json") + " --parameters " + folder.file("endless.json");
+                             folder_.file("methods.json") + " --parameters " + folder_.file("endless.json");
   ASSERT_EQ(run(common + " --cpu-timeout 1.5").code, 0);
   std::map<std::string, ResultRow> by_name;
   for (const ResultRow& row : rows())
@@ -367,7 +367,7 @@ TEST_F(BenchmarkProgram, processorTimeIsLimitedWhateverTheClockSays)
   EXPECT_EQ(by_name["sleeps"].status, "converged");
   EXPECT_GT(by_name["sleeps"].time_s, 2.9);
   EXPECT_LT(by_name["sleeps"].cpu_s, 0.5);
-  EXPECT_THAT(io::readFile(folder.file("out/summary.md")),
+  EXPECT_THAT(io::readFile(folder_.file("out/summary.md")),
               HasSubstr("300 s of wall clock and 1.5 s of processor time"));
   EXPECT_THAT(run(common + " --resume --cpu-timeout 2").errors, HasSubstr("cpu_timeout_s was 1.5 and is now 2"));
   EXPECT_THAT(run(common + " --resume").errors, HasSubstr("cpu_timeout_s was 1.5 and is now 0"));
@@ -408,7 +408,7 @@ public:
     return 0;
   }
   int
-  end(int signal)
+  end(int signal) const
   {
     kill(process_, signal);
     return wait();
@@ -432,20 +432,20 @@ protected:
   start() const
   {
     const std::string slow =
-        script("slow.sh", "echo $$ >> " + folder.file("started") + "\nsleep 1\necho '{\"T\": " + truthAsJson() + "}'");
+        script("slow.sh", "echo $$ >> " + folder_.file("started") + "\nsleep 1\necho '{\"T\": " + truthAsJson() + "}'");
     nlohmann::json json;
     for (const char* name : {"slow1", "slow2", "slow3", "slow4"})
       json[name]["command"] = slow;
-    io::writeFile(folder.file("methods.json"), json.dump());
-    auto run = std::make_unique<Background>(command(arguments()), folder.file("log"));
-    for (int i = 0; i < 300 && lines(folder.file("started")) < 2; ++i)
+    io::writeFile(folder_.file("methods.json"), json.dump());
+    auto run = std::make_unique<Background>(command(arguments()), folder_.file("log"));
+    for (int i = 0; i < 300 && lines(folder_.file("started")) < 2; ++i)
       std::this_thread::sleep_for(std::chrono::milliseconds(100));
     return run;
   }
   std::string
   arguments() const
   {
-    return small() + out() + "--methods slow1,slow2,slow3,slow4 --pairs 0 --external " + folder.file("methods.json");
+    return small() + out() + "--methods slow1,slow2,slow3,slow4 --pairs 0 --external " + folder_.file("methods.json");
   }
   static std::size_t
   lines(const std::string& path)
@@ -460,7 +460,7 @@ protected:
   bool
   allEnded() const
   {
-    std::ifstream in(folder.file("started"));
+    std::ifstream in(folder_.file("started"));
     bool ended = true;
     for (pid_t process = 0; in >> process;)
       ended = ended && !isAlive(process);
@@ -473,15 +473,15 @@ TEST_F(Interrupted, killedRunsGoOn)
   start()->end(SIGKILL);
   std::this_thread::sleep_for(std::chrono::milliseconds(500));
   EXPECT_TRUE(allEnded()) << "a program outlived the run that started it";
-  const std::string before = io::readFile(folder.file("out/results.csv"));
+  const std::string before = io::readFile(folder_.file("out/results.csv"));
   EXPECT_GE(rows().size(), 1U);
   EXPECT_LT(rows().size(), 4U);
-  io::writeFile(folder.file("out/results.csv"), before + "small,torn");
+  io::writeFile(folder_.file("out/results.csv"), before + "small,torn");
   EXPECT_EQ(run(arguments()).code, 3); // not without being told to
   EXPECT_THAT(run(arguments() + " --resume --seed 5").errors, HasSubstr("seed was 1 and is now 5"));
   ASSERT_EQ(run(arguments() + " --resume").code, 0);
   EXPECT_EQ(answers("out").size(), 4U); // each once
-  EXPECT_THAT(io::readFile(folder.file("out/results.csv")), StartsWith(before));
+  EXPECT_THAT(io::readFile(folder_.file("out/results.csv")), StartsWith(before));
 }
 
 TEST_F(Interrupted, stoppedRunsReport)
@@ -494,11 +494,11 @@ TEST_F(Interrupted, stoppedRunsReport)
   ASSERT_TRUE(WIFEXITED(status));
   EXPECT_EQ(WEXITSTATUS(status), 130);
   EXPECT_TRUE(allEnded());
-  const auto summary = nlohmann::json::parse(io::readFile(folder.file("out/summary.json")));
+  const auto summary = nlohmann::json::parse(io::readFile(folder_.file("out/summary.json")));
   EXPECT_EQ(summary["complete"], false);
   EXPECT_EQ(summary["planned"], 4);
   EXPECT_EQ(summary["rows"], rows().size());
-  EXPECT_THAT(io::readFile(folder.file("log")), HasSubstr("--resume"));
+  EXPECT_THAT(io::readFile(folder_.file("log")), HasSubstr("--resume"));
   const nlohmann::json page = reportData("out");
   EXPECT_EQ(page["complete"], false);
   EXPECT_EQ(page["rows"].size(), rows().size());
@@ -507,10 +507,10 @@ TEST_F(Interrupted, stoppedRunsReport)
 // Who ends a batch job signals all of its processes, not the first one first.
 TEST_F(Interrupted, whatWasEndedWithTheRunIsNoResult)
 {
-  io::writeFile(folder.file("endless.json"), R"({"ransac_iterations": 1e9, "leaf": 0.2})");
+  io::writeFile(folder_.file("endless.json"), R"({"ransac_iterations": 1e9, "leaf": 0.2})");
   const std::string endless =
-      small() + out() + "--methods fpfh_ransac --pairs 0 --parameters " + folder.file("endless.json");
-  Background all(command(endless), folder.file("log"));
+      small() + out() + "--methods fpfh_ransac --pairs 0 --parameters " + folder_.file("endless.json");
+  Background all(command(endless), folder_.file("log"));
   const pid_t first = all.worker();
   ASSERT_GT(first, 0);
   kill(first, SIGTERM);
@@ -520,7 +520,7 @@ TEST_F(Interrupted, whatWasEndedWithTheRunIsNoResult)
   EXPECT_EQ(WEXITSTATUS(status), 128 + SIGTERM);
   EXPECT_EQ(rows().size(), 0U);
 
-  Background rest(command(endless + " --resume"), folder.file("log")); // it is run again
+  Background rest(command(endless + " --resume"), folder_.file("log")); // it is run again
   const pid_t second = rest.worker();
   ASSERT_GT(second, 0);
   kill(second, SIGTERM); // this one alone: somebody's verdict on the method
@@ -537,11 +537,11 @@ TEST_F(BenchmarkProgram, reportsAreWrittenAndWrittenAgain)
   EXPECT_EQ(first["pairs"].size(), 2U);
   EXPECT_EQ(first["clouds"].size(), 2U); // both are source and target
   EXPECT_THAT(first["run"]["command"].get<std::string>(), HasSubstr("--methods ssfr,icp_point_to_point"));
-  const auto ofRuns = [this] { return io::readFile(folder.file("out/results.csv")); };
+  const auto ofRuns = [this] { return io::readFile(folder_.file("out/results.csv")); };
   const std::string results = ofRuns();
-  const std::string settings = io::readFile(folder.file("out/settings.json"));
+  const std::string settings = io::readFile(folder_.file("out/settings.json"));
 
-  std::filesystem::remove(folder.file("out/report.html"));
+  std::filesystem::remove(folder_.file("out/report.html"));
   ASSERT_EQ(run(out() + "--report-only").code, 0); // without the dataset, without its pictures
   nlohmann::json again = reportData("out");
   EXPECT_EQ(again["pairs"].size(), 0U);
@@ -554,9 +554,9 @@ TEST_F(BenchmarkProgram, reportsAreWrittenAndWrittenAgain)
   ASSERT_EQ(run(small() + out() + "--report-only").code, 0);
   EXPECT_EQ(reportData("out"), first);
   EXPECT_EQ(ofRuns(), results);
-  EXPECT_EQ(io::readFile(folder.file("out/settings.json")), settings);
+  EXPECT_EQ(io::readFile(folder_.file("out/settings.json")), settings);
   EXPECT_EQ(run(out("nowhere") + "--report-only").code, 3);
-  EXPECT_FALSE(std::filesystem::exists(folder.file("nowhere")));
+  EXPECT_FALSE(std::filesystem::exists(folder_.file("nowhere")));
 }
 
 TEST_F(BenchmarkProgram, ranksOfMpiGiveTheSameResults)

@@ -111,26 +111,26 @@ protected:
 
   Dataset()
   {
-    io::writeFile(folder.file("a.xyz"), "1 2 3\n");
-    std::filesystem::create_directory(folder.file("scans"));
-    io::writeFile(folder.file("scans/b.xyz"), "1 2 3\n");
+    io::writeFile(folder_.file("a.xyz"), "1 2 3\n");
+    std::filesystem::create_directory(folder_.file("scans"));
+    io::writeFile(folder_.file("scans/b.xyz"), "1 2 3\n");
   }
   std::string
   error(const std::string& pairs, const std::string& json = "")
   {
-    io::writeFile(folder.file("pairs.csv"), pairs);
+    io::writeFile(folder_.file("pairs.csv"), pairs);
     if (!json.empty())
-      io::writeFile(folder.file("dataset.json"), json);
-    return messageOf([this] { io::readDatasetFolder(folder.file("")); });
+      io::writeFile(folder_.file("dataset.json"), json);
+    return messageOf([this] { io::readDatasetFolder(folder_.file("")); });
   }
 
-  testing::TemporaryFolder folder;
+  testing::TemporaryFolder folder_;
 };
 
 TEST_F(Dataset, isReadWithAndWithoutDescription)
 {
   EXPECT_EQ(error(std::string(kHeader) + kGood + "\n"), "nothing was thrown");
-  const io::DatasetFolder plain = io::readDatasetFolder(folder.file(""));
+  const io::DatasetFolder plain = io::readDatasetFolder(folder_.file(""));
   EXPECT_EQ(plain.success_rotation_deg, 2);
   EXPECT_TRUE(plain.sensor_at_origin);
   ASSERT_EQ(plain.pairs.size(), 1U);
@@ -139,7 +139,7 @@ TEST_F(Dataset, isReadWithAndWithoutDescription)
   EXPECT_EQ(error(std::string(kHeader) + kGood,
                   R"({"name": "n", "viewpoint": "unknown", "success": {"rotation_deg": 5, "translation_m": 1}})"),
             "nothing was thrown");
-  const io::DatasetFolder described = io::readDatasetFolder(folder.file(""));
+  const io::DatasetFolder described = io::readDatasetFolder(folder_.file(""));
   EXPECT_EQ(described.name, "n");
   EXPECT_FALSE(described.sensor_at_origin);
   EXPECT_EQ(described.success_translation_m, 1);
@@ -234,11 +234,11 @@ protected:
   BenchmarkArguments
   arguments()
   {
-    io::writeFile(folder.file("pairs.csv"), std::string(kHeader) + kGood + kGood + kGood);
+    io::writeFile(folder_.file("pairs.csv"), std::string(kHeader) + kGood + kGood + kGood);
     BenchmarkArguments result;
-    result.datasets = {folder.file("")};
+    result.datasets = {folder_.file("")};
     result.methods = {"ssfr", "gicp"};
-    result.out = folder.file("out");
+    result.out = folder_.file("out");
     return result;
   }
 };
@@ -269,8 +269,8 @@ TEST_F(Plan, errorsComeBeforeWork)
   EXPECT_THAT(error([](auto& a) { a.pairs = {0, 3}; }), HasSubstr("--pairs: '3'"));
   EXPECT_THAT(error([](auto& a) { a.datasets.push_back(a.datasets[0]); }), HasSubstr("same name"));
   const auto external = [&](const std::string& json) {
-    io::writeFile(folder.file("methods.json"), json);
-    return error([this](auto& a) { a.external = folder.file("methods.json"); });
+    io::writeFile(folder_.file("methods.json"), json);
+    return error([this](auto& a) { a.external = folder_.file("methods.json"); });
   };
   EXPECT_EQ(external(R"({"mine": {"command": "prog {source} {target}"}})"), "nothing was thrown");
   EXPECT_THAT(external("{\n  \"mine\": }"), HasSubstr("methods.json:2: column"));
@@ -279,8 +279,8 @@ TEST_F(Plan, errorsComeBeforeWork)
   EXPECT_THAT(external(R"({"mine": {"command": "x 'y"}})"), HasSubstr("not closed"));
   EXPECT_THAT(external(R"({"mine": {"command": " "}})"), HasSubstr("empty"));
   const auto parameters = [&](const std::string& json) {
-    io::writeFile(folder.file("parameters.json"), json);
-    return error([this](auto& a) { a.parameters = folder.file("parameters.json"); });
+    io::writeFile(folder_.file("parameters.json"), json);
+    return error([this](auto& a) { a.parameters = folder_.file("parameters.json"); });
   };
   EXPECT_EQ(parameters(R"({"leaf": 0.1, "ssfr": {"bin_width": 0.02}})"), "nothing was thrown");
   EXPECT_THAT(parameters(R"({"leef": 0.1})"), AllOf(HasSubstr("parameters.json"), HasSubstr("leef")));
@@ -296,11 +296,11 @@ TEST_F(Plan, commandsAreSplitAsAShellWould)
 
 TEST_F(Plan, externalProgramsJoinUnlessSomeAreNamed)
 {
-  io::writeFile(folder.file("methods.json"), R"({"x": {"command": "x"}, "y": {"command": "y"}})");
+  io::writeFile(folder_.file("methods.json"), R"({"x": {"command": "x"}, "y": {"command": "y"}})");
   const auto names = [this](std::vector<std::string> wanted) {
     BenchmarkArguments all = arguments();
     all.methods = std::move(wanted);
-    all.external = folder.file("methods.json");
+    all.external = folder_.file("methods.json");
     std::vector<std::string> result;
     for (const BenchmarkMethod& method : makePlan(all).methods)
       result.push_back(method.name);
@@ -357,15 +357,15 @@ protected:
   std::string
   out() const
   {
-    return folder.file("out");
+    return folder_.file("out");
   }
   std::string
   csv() const
   {
-    return io::readFile(folder.file("out/results.csv"));
+    return io::readFile(folder_.file("out/results.csv"));
   }
 
-  testing::TemporaryFolder folder;
+  testing::TemporaryFolder folder_;
 };
 
 TEST_F(Store, rowsAreOnTheDiskAtOnceAndAreKept)
@@ -393,7 +393,7 @@ TEST_F(Store, aTornLastLineIsDroppedAndWrittenAgain)
   const std::string whole = csv();
   const std::string first = whole.substr(0, whole.find('\n', whole.find('\n') + 1) + 1);
   for (std::size_t kept = 0; kept < whole.size(); ++kept) {
-    io::writeFile(folder.file("out/results.csv"), whole.substr(0, kept));
+    io::writeFile(folder_.file("out/results.csv"), whole.substr(0, kept));
     ResultsStore store(out(), settings(), true);
     EXPECT_EQ(store.rows().size(), kept >= first.size() ? 1U : 0U) << kept;
     for (const std::size_t pair : {std::size_t{0}, std::size_t{1}})
@@ -419,7 +419,7 @@ TEST_F(Store, differentSettingsAreNotMixed)
   EXPECT_EQ(openError(more, true), "nothing was thrown"); // a folder may grow
   more["datasets"]["e"] = {{"sum", "4"}};
   EXPECT_THAT(openError(more, true), HasSubstr("datasets.e"));
-  std::filesystem::remove(folder.file("out/settings.json"));
+  std::filesystem::remove(folder_.file("out/settings.json"));
   EXPECT_THAT(openError(settings(), true), HasSubstr("settings.json"));
 }
 
@@ -438,9 +438,9 @@ TEST_F(Store, aWrongLineIsNamed)
     ResultsStore store(out(), settings(), false);
     store.append(row(0));
   }
-  io::writeFile(folder.file("out/results.csv"), csv() + "what,is,this\n");
+  io::writeFile(folder_.file("out/results.csv"), csv() + "what,is,this\n");
   EXPECT_THAT(openError(settings(), true), HasSubstr("results.csv:3: 3 columns"));
-  io::writeFile(folder.file("out/results.csv"), "other,header\n");
+  io::writeFile(folder_.file("out/results.csv"), "other,header\n");
   EXPECT_THAT(openError(settings(), true), HasSubstr("results.csv:1:"));
 }
 

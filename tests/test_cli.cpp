@@ -27,16 +27,16 @@ using testing::TemporaryFolder;
 // The command line as such
 
 apps::AlignArguments
-parse(std::vector<std::string> arguments)
+parse(const std::vector<std::string>& arguments)
 {
   return apps::parseAlignArguments(arguments);
 }
 
 std::string
-usageError(std::vector<std::string> arguments)
+usageError(const std::vector<std::string>& arguments)
 {
   try {
-    parse(std::move(arguments));
+    parse(arguments);
   }
   catch (const apps::UsageError& error) {
     return error.what();
@@ -201,11 +201,11 @@ protected:
   Outcome
   run(const std::string& arguments) const
   {
-    const std::string command = std::string("'") + PCL_SSFR_ALIGN + "' " + arguments + " >'" + folder.file("out") +
-                                "' 2>'" + folder.file("err") + "'";
+    const std::string command = std::string("'") + PCL_SSFR_ALIGN + "' " + arguments + " >'" + folder_.file("out") +
+                                "' 2>'" + folder_.file("err") + "'";
     const int status = std::system(command.c_str());
     EXPECT_TRUE(WIFEXITED(status)) << command;
-    return {WEXITSTATUS(status), io::readFile(folder.file("out")), io::readFile(folder.file("err"))};
+    return {WEXITSTATUS(status), io::readFile(folder_.file("out")), io::readFile(folder_.file("err"))};
   }
 
   /// An L-shaped room of 8 by 6 m with a pillar and boxes, seen by nobody in particular: dense points on its surfaces.
@@ -240,7 +240,7 @@ protected:
     return text;
   }
 
-  TemporaryFolder folder;
+  TemporaryFolder folder_;
 };
 
 TEST_F(Program, helpAndVersion)
@@ -256,26 +256,26 @@ TEST_F(Program, helpAndVersion)
 
 TEST_F(Program, everyErrorIsOneLineThatNamesTheThing)
 {
-  io::writeFile(folder.file("good.xyz"), "1 2 3\n");
-  io::writeFile(folder.file("bad.xyz"), "1 2 3\n4 five 6\n");
-  io::writeFile(folder.file("huge.pcd"),
+  io::writeFile(folder_.file("good.xyz"), "1 2 3\n");
+  io::writeFile(folder_.file("bad.xyz"), "1 2 3\n4 five 6\n");
+  io::writeFile(folder_.file("huge.pcd"),
                 "FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nWIDTH 4000000000\nHEIGHT 1\nDATA binary\n");
   struct Case {
     std::string arguments;
     int code;
     std::string named;
   };
-  const std::string good = folder.file("good.xyz");
+  const std::string good = folder_.file("good.xyz");
   const Case cases[] = {{"", 2, "SOURCE"},
                         {good, 2, "TARGET"},
                         {good + " " + good + " --frobnicate", 2, "--frobnicate"},
                         {good + " " + good + " --leaf=-3", 2, "leaf"},
                         {good + " " + good + " --method nothing", 2, "nothing"},
-                        {good + " " + folder.file("none.pcd"), 3, "none.pcd"},
-                        {folder.file("bad.xyz") + " " + good, 3, "bad.xyz:2: column 2: 'five'"},
-                        {folder.file("huge.pcd") + " " + good, 3, "huge.pcd:6: POINTS 4000000000"},
-                        {folder.file("") + " " + good, 3, "unknown format"},
-                        {good + " " + good + " --guess " + folder.file("guess.txt"), 3, "guess.txt"}};
+                        {good + " " + folder_.file("none.pcd"), 3, "none.pcd"},
+                        {folder_.file("bad.xyz") + " " + good, 3, "bad.xyz:2: column 2: 'five'"},
+                        {folder_.file("huge.pcd") + " " + good, 3, "huge.pcd:6: POINTS 4000000000"},
+                        {folder_.file("") + " " + good, 3, "unknown format"},
+                        {good + " " + good + " --guess " + folder_.file("guess.txt"), 3, "guess.txt"}};
   for (const Case& c : cases) {
     const Outcome result = run(c.arguments);
     EXPECT_EQ(result.code, c.code) << c.arguments;
@@ -287,12 +287,12 @@ TEST_F(Program, everyErrorIsOneLineThatNamesTheThing)
 
 TEST_F(Program, tooFewPointsIsNotAligned)
 {
-  io::writeFile(folder.file("few.xyz"), "1 2 3\n4 5 6\n");
-  const std::string pair = folder.file("few.xyz") + " " + folder.file("few.xyz");
+  io::writeFile(folder_.file("few.xyz"), "1 2 3\n4 5 6\n");
+  const std::string pair = folder_.file("few.xyz") + " " + folder_.file("few.xyz");
   for (const char* method :
        {"ssfr", "ssfr_paper2017", "ssfr_icp", "icp_point_to_point", "icp_point_to_plane", "gicp", "ndt"}) {
     SCOPED_TRACE(method);
-    const Outcome result = run(pair + " --json - --method " + method + " --output " + folder.file("moved.pcd"));
+    const Outcome result = run(pair + " --json - --method " + method + " --output " + folder_.file("moved.pcd"));
     EXPECT_EQ(result.code, 1) << result.errors;
     const auto json = nlohmann::json::parse(result.output);
     EXPECT_EQ(json["status"], "too_few_points");
@@ -300,7 +300,7 @@ TEST_F(Program, tooFewPointsIsNotAligned)
     EXPECT_EQ(json["method"], method);
     EXPECT_FALSE(json["message"].get<std::string>().empty());
     EXPECT_THAT(result.errors, HasSubstr("Not aligned"));
-    EXPECT_FALSE(std::filesystem::exists(folder.file("moved.pcd")));
+    EXPECT_FALSE(std::filesystem::exists(folder_.file("moved.pcd")));
   }
   EXPECT_THAT(run(pair).output, HasSubstr("Not aligned, too_few_points"));
 }
@@ -312,11 +312,11 @@ TEST_F(Program, alignsARoomWithOffsetsAndWritesEverything)
   const Eigen::Isometry3d T_source_room =
       Eigen::Translation3d(2, -1, 0.5) * Eigen::AngleAxisd(0.6, Eigen::Vector3d(0.1, 0.2, 1).normalized());
   const Eigen::Isometry3d truth = T_target_room * T_source_room.inverse();
-  io::writeFile(folder.file("source.xyz"), room(T_source_room));
-  io::writeFile(folder.file("target.xyz"), room(T_target_room));
-  const Outcome result = run(folder.file("source.xyz") + " " + folder.file("target.xyz") + " --json - --transform " +
-                             folder.file("T.txt") + " --output " + folder.file("moved.pcd") + " --pictures " +
-                             folder.file("pictures") + " --viewpoint unknown");
+  io::writeFile(folder_.file("source.xyz"), room(T_source_room));
+  io::writeFile(folder_.file("target.xyz"), room(T_target_room));
+  const Outcome result = run(folder_.file("source.xyz") + " " + folder_.file("target.xyz") + " --json - --transform " +
+                             folder_.file("T.txt") + " --output " + folder_.file("moved.pcd") + " --pictures " +
+                             folder_.file("pictures") + " --viewpoint unknown");
   ASSERT_EQ(result.code, 0) << result.errors << result.output;
   EXPECT_EQ(result.errors, "");
 
@@ -344,7 +344,7 @@ TEST_F(Program, alignsARoomWithOffsetsAndWritesEverything)
   for (const char* key : {"name", "seconds", "in", "out"})
     EXPECT_TRUE(json["stages"][0].contains(key)) << key;
 
-  const Eigen::Isometry3d T = io::readTransform(folder.file("T.txt"));
+  const Eigen::Isometry3d T = io::readTransform(folder_.file("T.txt"));
   for (int row = 0; row < 4; ++row)
     for (int column = 0; column < 4; ++column)
       EXPECT_EQ(json["T_target_source"][row][column].get<double>(), T.matrix()(row, column));
@@ -353,13 +353,13 @@ TEST_F(Program, alignsARoomWithOffsetsAndWritesEverything)
   EXPECT_LT((T * middle - truth * middle).norm(), 0.02);
   EXPECT_LT(Eigen::AngleAxisd(T.linear().transpose() * truth.linear()).angle(), 0.005);
 
-  const auto source = io::loadCloud(folder.file("source.xyz"));
-  const auto moved = io::loadCloud(folder.file("moved.pcd"));
+  const auto source = io::loadCloud(folder_.file("source.xyz"));
+  const auto moved = io::loadCloud(folder_.file("moved.pcd"));
   ASSERT_EQ(moved.points->size(), source.points->size());
   const Eigen::Vector3d first = (*moved.points)[0].getVector3fMap().cast<double>() + moved.offset;
   EXPECT_LT((first - T * (*source.points)[0].getVector3fMap().cast<double>()).norm(), 1e-3);
   for (const char* name : {"pictures/before.png", "pictures/after.png"}) {
-    const std::string png = io::readFile(folder.file(name));
+    const std::string png = io::readFile(folder_.file(name));
     EXPECT_EQ(png.substr(1, 3), "PNG");
     EXPECT_GT(png.size(), 10000U);
   }
@@ -371,19 +371,19 @@ TEST_F(Program, refinersStartFromTheGuess)
       Eigen::Translation3d(2, -1, 0.5) * Eigen::AngleAxisd(0.6, Eigen::Vector3d::UnitZ());
   const Eigen::Isometry3d truth = T_source_room.inverse();
   const Eigen::Isometry3d guess = truth * Eigen::Translation3d(0.05, -0.04, 0.03);
-  io::writeFile(folder.file("source.xyz"), room(T_source_room));
-  io::writeFile(folder.file("target.xyz"), room(Eigen::Isometry3d::Identity()));
-  io::writeTransform(folder.file("guess.txt"), guess);
+  io::writeFile(folder_.file("source.xyz"), room(T_source_room));
+  io::writeFile(folder_.file("target.xyz"), room(Eigen::Isometry3d::Identity()));
+  io::writeTransform(folder_.file("guess.txt"), guess);
   for (const char* method : {"icp_point_to_point", "icp_point_to_plane", "gicp", "ndt"}) {
     SCOPED_TRACE(method);
-    const Outcome result = run(folder.file("source.xyz") + " " + folder.file("target.xyz") + " --leaf 0.1 --method " +
-                               method + " --guess " + folder.file("guess.txt") + " --json " +
-                               folder.file("report.json") + " --transform " + folder.file("T.txt"));
+    const Outcome result = run(folder_.file("source.xyz") + " " + folder_.file("target.xyz") + " --leaf 0.1 --method " +
+                               method + " --guess " + folder_.file("guess.txt") + " --json " +
+                               folder_.file("report.json") + " --transform " + folder_.file("T.txt"));
     ASSERT_EQ(result.code, 0) << result.errors;
     EXPECT_EQ(result.output, "");
-    const Eigen::Isometry3d T = io::readTransform(folder.file("T.txt"));
+    const Eigen::Isometry3d T = io::readTransform(folder_.file("T.txt"));
     EXPECT_LT((T.translation() - truth.translation()).norm(), 0.03);
-    const auto json = nlohmann::json::parse(io::readFile(folder.file("report.json")));
+    const auto json = nlohmann::json::parse(io::readFile(folder_.file("report.json")));
     EXPECT_TRUE(json["confidence"].is_null()); // PCL's refiners know none
     EXPECT_GT(json["overlap"], 0.9);
   }

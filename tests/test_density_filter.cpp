@@ -35,7 +35,7 @@ makeCaps(const std::vector<int>& counts, int noise, double sigma, std::uint64_t 
       directions.push_back(scatter(axis, sigma, random));
   }
   for (int i = 0; i < noise; ++i)
-    directions.push_back(testing::randomRotation(random).col(0));
+    directions.emplace_back(testing::randomRotation(random).col(0));
   DirectionSet set;
   set.directions.resize(3, static_cast<Eigen::Index>(directions.size()));
   for (std::size_t i = 0; i < directions.size(); ++i)

@@ -14,7 +14,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <string>
 #include <vector>
@@ -100,7 +99,7 @@ gemanMcClure(const MatchedSets& sets, const Eigen::Isometry3d& T, double mu)
 bool
 sameBits(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b)
 {
-  return std::memcmp(a.matrix().data(), b.matrix().data(), sizeof(double) * 16) == 0;
+  return a.matrix() == b.matrix();
 }
 
 TEST(FastGlobalPose, ExactWithoutNoise)
@@ -444,7 +443,8 @@ TEST(FastGlobalRegistration, NothingToWorkWith)
   Eigen::Matrix3Xf line(3, 200);
   Eigen::Matrix3Xf plane(3, 400);
   for (Eigen::Index i = 0; i < 400; ++i) {
-    plane.col(i) = Eigen::Vector3f(static_cast<float>(i % 20), static_cast<float>(i / 20), 3);
+    const Eigen::Index row = i / 20;
+    plane.col(i) = Eigen::Vector3f(static_cast<float>(i % 20), static_cast<float>(row), 3);
     if (i < 200)
       line.col(i) = Eigen::Vector3f(static_cast<float>(i), 1, 2);
   }

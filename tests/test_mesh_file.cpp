@@ -40,7 +40,7 @@ protected:
   std::string
   write(const std::string& name, const std::string& content) const
   {
-    const std::string path = (folder_ / name).string();
+    std::string path = (folder_ / name).string();
     std::ofstream(path, std::ios::binary) << content;
     return path;
   }

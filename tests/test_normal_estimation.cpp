@@ -32,8 +32,10 @@ Eigen::Matrix3Xf
 makeFloor(int side)
 {
   Eigen::Matrix3Xf points(3, side * side);
-  for (int i = 0; i < points.cols(); ++i)
-    points.col(i) << 0.02F * static_cast<float>(i % side), 0.02F * static_cast<float>(i / side), -1;
+  for (int i = 0; i < points.cols(); ++i) {
+    const int row = i / side;
+    points.col(i) << 0.02F * static_cast<float>(i % side), 0.02F * static_cast<float>(row), -1;
+  }
   return points;
 }
 
@@ -269,6 +271,7 @@ TEST(VoxelSampling, AgreesWithAMapOfVoxels)
       entry->second = {distance, i};
   }
   std::vector<Eigen::Index> expected;
+  expected.reserve(best.size());
   for (const auto& [key, entry] : best)
     expected.push_back(entry.second);
   std::sort(expected.begin(), expected.end());

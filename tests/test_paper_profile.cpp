@@ -169,7 +169,8 @@ TEST(PaperProfile, FinePassSharpensTheTranslation)
   Eigen::Index column = 0;
   for (Eigen::Index axis = 0; axis < 3; ++axis)
     for (int i = 0; i < 6400; ++i, ++column) {
-      Eigen::Vector3f point(0.05F * static_cast<float>(i % 80) - 1.9F, 0.05F * static_cast<float>(i / 80) - 1.7F, 0);
+      const int row = i / 80;
+      Eigen::Vector3f point(0.05F * static_cast<float>(i % 80) - 1.9F, 0.05F * static_cast<float>(row) - 1.7F, 0);
       point[2] = 2.2F + 0.11F * static_cast<float>(axis);
       points(axis, column) = point[2];
       points((axis + 1) % 3, column) = point[0];

@@ -409,8 +409,10 @@ TEST(PatchIndex, DistanceToAPlaneIsLessCertainAwayFromItsPoints)
   constexpr double kNoise = 0.01;
   testing::Random random(5);
   Eigen::Matrix3Xd places(3, kPoints); // on z = 0, about 4 by 2
-  for (int i = 0; i < kPoints; ++i)
-    places.col(i) << 4 * (i % 4) / 3.0 - 2, i / 4 - 1, 0;
+  for (int i = 0; i < kPoints; ++i) {
+    const int row = i / 4;
+    places.col(i) << 4 * (i % 4) / 3.0 - 2, row - 1, 0;
+  }
   const Eigen::Matrix3d covariance = places * places.transpose() / kPoints;
   PlanarPatches patches;
   addPatch(patches,

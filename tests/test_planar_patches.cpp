@@ -34,8 +34,10 @@ Eigen::Matrix3Xf
 gridOnPlane(int n, float z)
 {
   Eigen::Matrix3Xf points(3, n * n);
-  for (int i = 0; i < n * n; ++i)
-    points.col(i) << (static_cast<float>(i % n) + 0.5f) * 0.05f, (static_cast<float>(i / n) + 0.5f) * 0.05f, z;
+  for (int i = 0; i < n * n; ++i) {
+    const int row = i / n;
+    points.col(i) << (static_cast<float>(i % n) + 0.5f) * 0.05f, (static_cast<float>(row) + 0.5f) * 0.05f, z;
+  }
   return points;
 }
 

@@ -21,6 +21,7 @@ std::vector<MainNormal>
 normals(const std::vector<Eigen::Vector3d>& directions)
 {
   std::vector<MainNormal> main_normals;
+  main_normals.reserve(directions.size());
   for (const Eigen::Vector3d& d : directions)
     main_normals.push_back({d.normalized(), 1});
   return main_normals;

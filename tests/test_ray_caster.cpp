@@ -343,6 +343,7 @@ TEST(RayCaster, FindsTheNearestOfManySurfaces)
   SurfaceModel model;
   RandomStream random(4);
   std::vector<std::uint16_t> materials;
+  materials.reserve(5);
   for (int i = 0; i < 5; ++i)
     materials.push_back(model.addMaterial("m" + std::to_string(i), 0.1 + 0.1 * i));
   for (int i = 0; i < 200; ++i) {

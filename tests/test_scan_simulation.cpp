@@ -77,7 +77,7 @@ scanOf(const SurfaceModel& model,
        const ScanOptions& options = {},
        const Eigen::Isometry3d& T = Eigen::Isometry3d::Identity())
 {
-  const SimulatedScan scan = simulateScan(RayCaster(model), sensor, T, options);
+  SimulatedScan scan = simulateScan(RayCaster(model), sensor, T, options);
   EXPECT_EQ(scan.beams, beamCount(sensor));
   EXPECT_EQ(scan.points.size() + scan.lost + scan.out_of_range, scan.beams);
   EXPECT_EQ(scan.points.size(), scan.intensity.size());

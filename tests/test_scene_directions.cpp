@@ -37,6 +37,7 @@ around(const Vector3d& axis, int count)
 {
   const Vector3d x = axis.unitOrthogonal();
   std::vector<Vector3d> normals;
+  normals.reserve(static_cast<std::size_t>(count));
   for (int i = 0; i < count; ++i)
     normals.push_back(Eigen::AngleAxisd(6.283185307179586 * (i + 0.5) / count, axis) * x);
   return normals;

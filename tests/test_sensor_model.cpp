@@ -129,7 +129,8 @@ TEST(SensorModel, RingsAreTheDataSheets)
     const Beam beam = beamAt(hdl, i, 0);
     EXPECT_EQ(beam.ring, static_cast<int>(i % 32));
     EXPECT_EQ(beam.elevation, hdl.pattern.ring_elevations[i % 32]);
-    EXPECT_NEAR(beam.azimuth, 2 * kPi * static_cast<double>(i / 32) / hdl.pattern.azimuth_count, 1e-12);
+    const std::size_t shot = i / 32;
+    EXPECT_NEAR(beam.azimuth, 2 * kPi * static_cast<double>(shot) / hdl.pattern.azimuth_count, 1e-12);
   }
 }
 
@@ -152,7 +153,8 @@ TEST(SensorModel, ASphereHasItsRowsAndColumns)
   ASSERT_EQ(beamCount(sensor), 12U);
   for (std::size_t i = 0; i < 12; ++i) {
     const Beam beam = beamAt(sensor, i, 0);
-    EXPECT_NEAR(beam.azimuth / kDegree, 90 * static_cast<double>(i / 3), 1e-9);
+    const std::size_t shot = i / 3;
+    EXPECT_NEAR(beam.azimuth / kDegree, 90 * static_cast<double>(shot), 1e-9);
     EXPECT_NEAR(beam.elevation / kDegree, -30 + 45 * static_cast<double>(i % 3), 1e-9);
   }
 }

@@ -16,7 +16,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <random>
 #include <string>
@@ -89,8 +88,8 @@ TEST(PairExtractor, AgreesWithAllPairsOnAGrid)
 {
   Points3 points(3, 250);
   for (Eigen::Index i = 0; i < 250; ++i) {
-    const Eigen::Index k = i % 216;
-    points.col(i) << static_cast<double>(k % 6), static_cast<double>(k / 6 % 6), static_cast<double>(k / 36);
+    const Eigen::Index k = i % 216, layer = k / 36;
+    points.col(i) << static_cast<double>(k % 6), static_cast<double>(k / 6 % 6), static_cast<double>(layer);
   }
   const PairExtractor extractor(points);
   for (const double length : {0.0, 1.0, 2.0, 3.0, std::sqrt(2.0), 5.0}) {
@@ -368,7 +367,7 @@ optionsFor(double overlap)
 bool
 sameBits(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b)
 {
-  return std::memcmp(a.matrix().data(), b.matrix().data(), sizeof(double) * 16) == 0;
+  return a.matrix() == b.matrix();
 }
 
 TEST(Super4PCS, FindsTheMotionOfAMovedCopy)
@@ -391,6 +390,7 @@ bumpySurface(Random& random, Eigen::Index count, double noise)
   constexpr int kBumps = 12;
   Random bump_random(17);
   std::vector<Eigen::Vector3d> bumps;
+  bumps.reserve(kBumps);
   for (int k = 0; k < kBumps; ++k)
     bumps.emplace_back(pcl_ssfr::testing::randomRotation(bump_random).col(0));
   Eigen::Matrix3Xf points(3, count);

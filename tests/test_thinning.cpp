@@ -186,9 +186,9 @@ TEST(ThinScan, CellsFarApart)
   constexpr Eigen::Index kCells = 20000;
   Eigen::Matrix3Xf points(3, 4 * kCells);
   for (Eigen::Index i = 0; i < points.cols(); ++i) {
-    const Eigen::Index cell = i % kCells;
+    const Eigen::Index cell = i % kCells, layer = cell / 729;
     points.col(i) = Eigen::Vector3f(static_cast<float>(cell % 27), static_cast<float>(cell / 27 % 27), 0) * 1000.f;
-    points(2, i) = static_cast<float>(cell / 729) * -1000.f + static_cast<float>(i / kCells % 2);
+    points(2, i) = static_cast<float>(layer) * -1000.f + static_cast<float>(i / kCells % 2);
   }
   const ThinnedCloud thinned = thinScan(viewOfPoints(points), 0.5, Eigen::Vector3d::Zero());
   expectConsistent(thinned, static_cast<std::size_t>(points.cols()));

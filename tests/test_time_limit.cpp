@@ -13,7 +13,6 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
-#include <cstring>
 #include <ctime>
 #include <string>
 #include <vector>
@@ -93,7 +92,7 @@ void
 expectSameAnswer(const Result& a, const Result& b)
 {
   EXPECT_EQ(a.status, b.status);
-  EXPECT_EQ(std::memcmp(a.T_target_source.data(), b.T_target_source.data(), 16 * sizeof(double)), 0);
+  EXPECT_EQ(a.T_target_source.matrix(), b.T_target_source.matrix());
   EXPECT_EQ(a.confidence, b.confidence);
   EXPECT_EQ(a.candidates.size(), b.candidates.size());
 }

@@ -54,6 +54,7 @@ std::vector<MainNormal>
 makeNormals(const std::vector<Eigen::Vector3d>& directions)
 {
   std::vector<MainNormal> normals;
+  normals.reserve(directions.size());
   for (const Eigen::Vector3d& direction : directions)
     normals.push_back({direction.normalized(), 10});
   return normals;

@@ -201,10 +201,10 @@ protected:
   runAny(const std::string& program, const std::string& arguments) const
   {
     const std::string command =
-        program + " " + arguments + " >'" + folder.file("out") + "' 2>'" + folder.file("err") + "'";
+        program + " " + arguments + " >'" + folder_.file("out") + "' 2>'" + folder_.file("err") + "'";
     const int status = std::system(command.c_str());
     EXPECT_TRUE(WIFEXITED(status)) << command;
-    return {WEXITSTATUS(status), io::readFile(folder.file("out")), io::readFile(folder.file("err"))};
+    return {WEXITSTATUS(status), io::readFile(folder_.file("out")), io::readFile(folder_.file("err"))};
   }
   Outcome
   run(const std::string& arguments) const
@@ -240,7 +240,7 @@ protected:
     return "'" + kData + "/" + name + "'";
   }
 
-  TemporaryFolder folder;
+  TemporaryFolder folder_;
 };
 
 const std::set<std::string> kPictures{"before.png",
@@ -274,45 +274,45 @@ TEST_F(Program, helpAndVersion)
 
 TEST_F(Program, everyErrorIsOneLineThatNamesTheThing)
 {
-  io::writeFile(folder.file("good.xyz"), "1 2 3\n");
-  io::writeFile(folder.file("broken.json"), "{\"method\": ");
-  io::writeFile(folder.file("empty.json"), "{}");
+  io::writeFile(folder_.file("good.xyz"), "1 2 3\n");
+  io::writeFile(folder_.file("broken.json"), "{\"method\": ");
+  io::writeFile(folder_.file("empty.json"), "{}");
   const std::string pose = "[[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]";
   const std::string start = "{\"method\": \"ssfr\", \"message\": \"\", \"overlap\": 0.5, \"time_s\": 1, "
                             "\"candidates\": [], \"stages\": [], \"source\": \"good.xyz\", \"T_target_source\": " +
                             pose;
-  io::writeFile(folder.file("status.json"), start + ", \"status\": \"happy\", \"target\": \"good.xyz\"}");
-  io::writeFile(folder.file("gone.json"), start + ", \"status\": \"converged\", \"target\": \"gone.xyz\"}");
-  io::writeFile(folder.file("options.json"),
+  io::writeFile(folder_.file("status.json"), start + ", \"status\": \"happy\", \"target\": \"good.xyz\"}");
+  io::writeFile(folder_.file("gone.json"), start + ", \"status\": \"converged\", \"target\": \"gone.xyz\"}");
+  io::writeFile(folder_.file("options.json"),
                 start + ", \"status\": \"converged\", \"target\": \"good.xyz\", \"options\": {\"leaf\": -1}}");
-  io::writeFile(folder.file("file"), "in the way");
-  fs::create_directory(folder.file("nothing"));
+  io::writeFile(folder_.file("file"), "in the way");
+  fs::create_directory(folder_.file("nothing"));
   struct Case {
     std::string arguments;
     int code;
     std::string named;
   };
-  const std::string png = " --png " + folder.file("pictures");
-  const std::string good = folder.file("good.xyz");
+  const std::string png = " --png " + folder_.file("pictures");
+  const std::string good = folder_.file("good.xyz");
   const std::vector<Case> cases{{png, 2, "RESULT"},
                                 {good + png, 2, "TARGET"},
                                 {good + " " + good + png + " --wrong", 2, "--wrong"},
                                 {good + " " + good + png + " --pair 1", 2, "--pair"},
                                 {good + " " + good + png + " --candidate 2", 2, "--candidate: '2'"},
-                                {good + " " + folder.file("none.pcd") + png, 3, "none.pcd"},
-                                {good + " " + good + png + " --truth " + folder.file("T.txt"), 3, "T.txt"},
-                                {good + " " + good + " --png " + folder.file("file"), 3, "file"},
-                                {folder.file("none.json") + png, 3, "none.json"},
-                                {folder.file("broken.json") + png, 3, "broken.json: is not JSON"},
-                                {folder.file("empty.json") + png, 3, "empty.json: has no 'method'"},
-                                {folder.file("status.json") + png, 3, "status.json: 'status' is 'happy'"},
-                                {folder.file("gone.json") + png, 3, "gone.xyz"},
-                                {folder.file("options.json") + png, 3, "options.json: 'options'"},
-                                {folder.file("gone.json") + png + " --leaf 0.1", 2, "--leaf"},
-                                {folder.file("nothing") + png, 3, "pairs.csv"},
+                                {good + " " + folder_.file("none.pcd") + png, 3, "none.pcd"},
+                                {good + " " + good + png + " --truth " + folder_.file("T.txt"), 3, "T.txt"},
+                                {good + " " + good + " --png " + folder_.file("file"), 3, "file"},
+                                {folder_.file("none.json") + png, 3, "none.json"},
+                                {folder_.file("broken.json") + png, 3, "broken.json: is not JSON"},
+                                {folder_.file("empty.json") + png, 3, "empty.json: has no 'method'"},
+                                {folder_.file("status.json") + png, 3, "status.json: 'status' is 'happy'"},
+                                {folder_.file("gone.json") + png, 3, "gone.xyz"},
+                                {folder_.file("options.json") + png, 3, "options.json: 'options'"},
+                                {folder_.file("gone.json") + png + " --leaf 0.1", 2, "--leaf"},
+                                {folder_.file("nothing") + png, 3, "pairs.csv"},
                                 {"'" + kData + "'" + png, 2, "--pair is missing"},
                                 {"'" + kData + "'" + png + " --pair 3", 2, "--pair: '3'"},
-                                {good + " " + good + " --screenshot " + folder.file("none/w.png"), 3, "none"},
+                                {good + " " + good + " --screenshot " + folder_.file("none/w.png"), 3, "none"},
                                 {good + " " + good, 2, "--png"}};
   for (const Case& c : cases) {
     const Outcome result = run(c.arguments);
@@ -328,28 +328,28 @@ TEST_F(Program, scansWithoutAnAnswerAreDrawnToo)
   for (int i = 0; i < 60; ++i)
     for (int k = 0; k < 60; ++k)
       plane += std::to_string(0.05 * i) + " " + std::to_string(0.05 * k) + " -1\n";
-  io::writeFile(folder.file("few.xyz"), "1 2 3\n4 5 6\n");
-  io::writeFile(folder.file("plane.xyz"), plane);
-  io::writeTransform(folder.file("T.txt"), Eigen::Isometry3d::Identity());
+  io::writeFile(folder_.file("few.xyz"), "1 2 3\n4 5 6\n");
+  io::writeFile(folder_.file("plane.xyz"), plane);
+  io::writeTransform(folder_.file("T.txt"), Eigen::Isometry3d::Identity());
   for (const auto& [scan, status] :
        std::map<std::string, std::string>{{"few.xyz", "too_few_points"}, {"plane.xyz", "too_few_directions"}})
     for (const char* profile : {"default", "paper2017"}) {
       SCOPED_TRACE(scan + " " + profile);
-      const std::string path = folder.file("pictures");
-      const Outcome result = run(folder.file(scan) + " " + folder.file(scan) + " --truth " + folder.file("T.txt") +
+      const std::string path = folder_.file("pictures");
+      const Outcome result = run(folder_.file(scan) + " " + folder_.file(scan) + " --truth " + folder_.file("T.txt") +
                                  " --profile " + profile + " --png " + path);
       ASSERT_EQ(result.code, 0) << result.errors;
       EXPECT_THAT(result.output, StartsWith("Not aligned: " + status));
       EXPECT_THAT(result.output, Not(HasSubstr("candidate 1 is right")));
       for (const std::string& name : united(kPictures, kTruthPictures))
-        EXPECT_EQ(Picture(path + "/" + name).width(), kPictureWidth) << name;
+        EXPECT_EQ(Picture((fs::path(path) / name).string()).width(), kPictureWidth) << name;
     }
 }
 
 TEST_F(Program, aRightPoseIsGreenAndAWrongOneRed)
 {
-  const std::string right = folder.file("right");
-  const std::string wrong = folder.file("wrong");
+  const std::string right = folder_.file("right");
+  const std::string wrong = folder_.file("wrong");
   const std::string pair = "'" + kData + "' --pair 1 --png ";
   const Outcome first = run(pair + right);
   ASSERT_EQ(first.code, 0) << first.errors;
@@ -370,7 +370,7 @@ TEST_F(Program, aRightPoseIsGreenAndAWrongOneRed)
 
 TEST_F(Program, aVariedPairHasItsOwnTruth)
 {
-  const Outcome result = run("'" + kData + "' --pair 0 --perturb se3 --seed 7 --png " + folder.file("pictures"));
+  const Outcome result = run("'" + kData + "' --pair 0 --perturb se3 --seed 7 --png " + folder_.file("pictures"));
   ASSERT_EQ(result.code, 0) << result.errors;
   EXPECT_THAT(result.output, StartsWith("Aligned, and right\n"));
   EXPECT_THAT(result.output, HasSubstr("source moved at random"));
@@ -391,48 +391,48 @@ poseLines(const std::string& output)
 TEST_F(Program, aJsonResultShowsWhatTheRunFound)
 {
   const std::string scans = data("apartment_1.pcd") + " " + data("apartment_0.pcd");
-  const Outcome align = runAny("'" PCL_SSFR_ALIGN "'", scans + " --leaf 0.03 --json " + folder.file("run.json"));
+  const Outcome align = runAny("'" PCL_SSFR_ALIGN "'", scans + " --leaf 0.03 --json " + folder_.file("run.json"));
   ASSERT_EQ(align.code, 0) << align.errors;
-  const auto json = nlohmann::json::parse(io::readFile(folder.file("run.json")));
+  const auto json = nlohmann::json::parse(io::readFile(folder_.file("run.json")));
   EXPECT_EQ(json["source_path"], kData + "/apartment_1.pcd");
   EXPECT_EQ(json["options"]["leaf"], 0.03);
-  const Outcome of_json = run(folder.file("run.json") + " --png " + folder.file("a"));
+  const Outcome of_json = run(folder_.file("run.json") + " --png " + folder_.file("a"));
   ASSERT_EQ(of_json.code, 0) << of_json.errors;
-  checkPictures(folder.file("a"), kPictures);
-  const Outcome of_scans = run(scans + " --leaf 0.03 --png " + folder.file("b"));
+  checkPictures(folder_.file("a"), kPictures);
+  const Outcome of_scans = run(scans + " --leaf 0.03 --png " + folder_.file("b"));
   EXPECT_EQ(poseLines(of_json.output), poseLines(of_scans.output));
   EXPECT_GE(poseLines(of_json.output).size(), 2U);
-  EXPECT_EQ(io::readFile(folder.file("a") + "/axes.png"), io::readFile(folder.file("b") + "/axes.png"));
+  EXPECT_EQ(io::readFile(folder_.file("a") + "/axes.png"), io::readFile(folder_.file("b") + "/axes.png"));
 }
 
 TEST_F(Program, resultsOfTheBenchmarkAreFoundAgain)
 {
-  const std::string results = folder.file("results");
+  const std::string results = folder_.file("results");
   const Outcome benchmark = runAny("'" PCL_SSFR_BENCHMARK "'",
                                    "--dataset '" + kData +
                                        "' --methods ssfr,icp_point_to_point --pairs 0 --perturb se3 "
                                        "--pictures 0 --out " +
                                        results);
   ASSERT_EQ(benchmark.code, 0) << benchmark.errors;
-  const Outcome ours = run(results + " --pair 0 --png " + folder.file("ours"));
+  const Outcome ours = run(results + " --pair 0 --png " + folder_.file("ours"));
   ASSERT_EQ(ours.code, 0) << ours.errors;
   EXPECT_THAT(ours.output, AllOf(StartsWith("Aligned, and right\n"), HasSubstr("the same pose as in results.csv")));
-  const Outcome icp = run(results + " --pair 0 --method icp_point_to_point --png " + folder.file("icp"));
+  const Outcome icp = run(results + " --pair 0 --method icp_point_to_point --png " + folder_.file("icp"));
   ASSERT_EQ(icp.code, 0) << icp.errors;
   EXPECT_THAT(icp.output, AllOf(HasSubstr("WRONG"), HasSubstr("The pose is that of results.csv")));
-  const Outcome other = run(results + " --pair 0 --method fgr --png " + folder.file("fgr"));
+  const Outcome other = run(results + " --pair 0 --method fgr --png " + folder_.file("fgr"));
   EXPECT_EQ(other.code, 2);
   EXPECT_THAT(other.errors, AllOf(HasSubstr("--method"), HasSubstr("icp_point_to_point, ssfr")));
-  EXPECT_EQ(run(results + " --pair 1 --png " + folder.file("none")).code, 2);
+  EXPECT_EQ(run(results + " --pair 1 --png " + folder_.file("none")).code, 2);
 }
 
 TEST_F(Program, thePapersProfileIsShownWithItsOwnStages)
 {
-  const Outcome result = run("'" + kData + "' --pair 0 --method ssfr_paper2017 --png " + folder.file("pictures"));
+  const Outcome result = run("'" + kData + "' --pair 0 --method ssfr_paper2017 --png " + folder_.file("pictures"));
   ASSERT_EQ(result.code, 0) << result.errors;
   EXPECT_THAT(result.output, AllOf(StartsWith("Aligned"), HasSubstr("paper's profile")));
   EXPECT_THAT(result.output, HasSubstr("shift along axis 3"));
-  checkPictures(folder.file("pictures"), united(kPictures, kTruthPictures));
+  checkPictures(folder_.file("pictures"), united(kPictures, kTruthPictures));
 }
 
 // ---------------------------------------------------------------------------------------------------------------------
@@ -541,7 +541,7 @@ TEST_F(Program, theWindowOpensIsPhotographedAndCloses)
 #else
   if (std::system("command -v xvfb-run >/dev/null 2>&1") != 0)
     GTEST_SKIP() << "xvfb-run is not installed: no display to open a window on";
-  const std::string shot = folder.file("window.png");
+  const std::string shot = folder_.file("window.png");
   // Leaks of X, GL and VTK are theirs.
   const std::string xvfb =
       "env ASAN_OPTIONS=detect_leaks=0 xvfb-run -a -s '-screen 0 1600x1000x24' '" PCL_SSFR_VIEW "'";

@@ -241,6 +241,7 @@ printRatios(const Settings& settings)
       continue;
     const auto over_pairs = [&outcomes](const std::function<double(const PairOutcomes&)>& value) {
       std::vector<double> values;
+      values.reserve(outcomes.size());
       for (const PairOutcomes& outcome : outcomes)
         values.push_back(value(outcome));
       return median(values);
