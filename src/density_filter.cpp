@@ -308,7 +308,7 @@ findDensestRegions(const DirectionSet& directions, const Eigen::VectorXd& densit
     for (Eigen::Index i = 0; i < directions.size(); ++i)
       if (!silenced[static_cast<std::size_t>(i)] && (peak < 0 || density[i] > density[peak]))
         peak = i;
-    if (peak < 0 || density[peak] < options.min_relative_density * highest)
+    if (peak < 0 || !(density[peak] > 0) || density[peak] < options.min_relative_density * highest)
       break;
     highest = std::max(highest, density[peak]);
     if (!options.reject_elongated || !isElongated(directions, peak, options))

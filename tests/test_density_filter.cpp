@@ -116,6 +116,21 @@ TEST(DensityFilter, AsksAsManyAsItMay)
   }
 }
 
+TEST(DensityFilter, WhatWasNotAskedIsNoPeak)
+{
+  const DirectionSet set = makeCaps({}, 300, 0, 5); // all over the sphere
+  DensityOptions options;
+  options.silence_chord = 0.05;
+  options.max_regions = 300;
+  options.max_queries = 20;
+  const Eigen::VectorXd density = computeDensity(set, options);
+  const std::vector<DenseRegion> regions = findDensestRegions(set, density, options);
+  EXPECT_GT(regions.size(), 10U);
+  EXPECT_LE(regions.size(), 20U);
+  for (const DenseRegion& region : regions)
+    EXPECT_GT(region.density, 0);
+}
+
 TEST(DensityFilter, AsksBothWaysOfUnorientedNormals)
 {
   // n and -n take turns in the image of unoriented samples: whichever is skipped, peaks come in opposite pairs.
