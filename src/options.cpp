@@ -127,6 +127,7 @@ validateDensity(const DensityOptions& options)
 {
   require(options.radius > 0 && options.radius <= 1, "density.radius", options.radius, "be a chord in (0, 1]");
   requireAtLeast("density.max_regions", options.max_regions, 1);
+  requireAtLeast("density.max_queries", options.max_queries, 0);
   requireChord("density.silence_chord", options.silence_chord);
   requireShare("density.min_relative_density", options.min_relative_density);
   requirePositive("density.max_elongation", options.max_elongation);

@@ -246,8 +246,8 @@ PatchIndex::shiftsWithin(const ShiftLine& line, const Eigen::Vector3f& place) co
   for (int axis = 0; axis < 3; ++axis) {
     const auto edge = static_cast<float>(voxel_) * static_cast<float>(dims_[axis]);
     const float start = place[axis] + line.start[axis] - origin_[axis];
-    const float margin =
-        kRounding * (edge + std::abs(origin_[axis]) + std::abs(start) + std::abs(to * line.step[axis]));
+    const float margin = kRounding * (edge + std::abs(origin_[axis]) + std::abs(place[axis]) +
+                                      std::abs(line.start[axis]) + std::abs(to * line.step[axis]));
     const float one = (-margin - start) / line.step[axis];
     const float other = (edge + margin - start) / line.step[axis];
     // Where the line runs across the axis, these are infinite, or no numbers and no bounds.
@@ -273,7 +273,7 @@ PatchIndex::countFacingAlong(const ShiftLine& line, const Probes& probes, std::s
     const auto [from, to] = shiftsWithin(line, place);
     if (!(from <= to))
       continue;
-    const std::size_t last = static_cast<std::size_t>(to) + 1;
+    const std::size_t last = std::min(static_cast<std::size_t>(to) + 1, line.count); // a float rounds large counts
     for (auto first = static_cast<std::size_t>(from); first < last; first += Located::kSize) {
       const std::size_t n = std::min(Located::kSize, last - first);
       for (std::size_t i = 0; i < n; ++i) {

@@ -129,7 +129,7 @@ PatchPair::polish(JudgedPose& pose) const
   if (options_.refine && !outOfTime()) {
     const Refinement refined = run();
     const Eigen::Isometry3d& T = refined.T_target_source;
-    const bool near = isSamePlace(T, pose.T_target_source) && priors_.keepVertical(T.linear(), Exactness::Refined);
+    const bool near = isSamePlace(T, pose.T_target_source) && priors_.allow(T, Exactness::Refined);
     if (near && moveUnlessWorse(pose, T)) {
       pose.polish = refined;
       return;

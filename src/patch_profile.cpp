@@ -16,6 +16,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 #include <optional>
 #include <string>
@@ -94,7 +95,7 @@ public:
       dropKnown(found, poses);
       found.insert(found.end(), poses.begin(), poses.end());
       poses = keepDistinct(std::move(found), effort.distinct);
-      guess_decides_ = false;
+      guess_orders_ = guess_decides_ = false;
       if (poses.empty() && outOfTime())
         break;
       const bool last = &effort == &kEfforts.back();
@@ -107,7 +108,7 @@ public:
         break;
     }
     if (!poses.empty())
-      return result_;
+      return cut_short_ ? settleUnfinished() : result_;
     result_.candidates.clear();
     return outOfTime() ? settle(Status::TimeLimit, "the time limit ran out before a pose could be judged")
                        : settle(Status::NoCandidate, nothingFound());
@@ -156,9 +157,19 @@ private:
   bool
   isSettled(const std::vector<JudgedPose>& poses)
   {
+    cut_short_ = outOfTime();
     const std::size_t equals = conclude(poses);
     return (result_.accepted() && result_.confidence >= kSureConfidence) ||
-           (result_.status == Status::Ambiguous && equals > 1) || outOfTime();
+           (result_.status == Status::Ambiguous && equals > 1) || cut_short_;
+  }
+
+  /// The answer of a search that was cut short is no more than the best so far: its rivals were not all looked for, nor
+  /// was it refined to the end.
+  Result&
+  settleUnfinished()
+  {
+    result_.confidence = std::min(result_.confidence, kUnfinishedConfidence);
+    return settle(Status::TimeLimit, "the time limit cut the search short; so far: " + result_.message);
   }
 
   /// What there is to say, for now.
@@ -454,6 +465,7 @@ private:
       if (nearer)
         nearest = i;
     }
+    guess_orders_ = std::isfinite(second);
     guess_decides_ = distance(poses[nearest]) < kClearlyNearer * second;
     std::rotate(poses.begin(),
                 poses.begin() + static_cast<std::ptrdiff_t>(nearest),
@@ -479,7 +491,7 @@ private:
       }
     // The guess has ordered the equals; otherwise the score decides.
     std::size_t best = 0;
-    for (std::size_t i = 1; !guess_ && i < polished; ++i)
+    for (std::size_t i = 1; !guess_orders_ && i < polished; ++i)
       if (poses[i].polish && poses[i].score > poses[best].score)
         best = i;
     std::rotate(poses.begin(),
@@ -487,12 +499,17 @@ private:
                 poses.begin() + static_cast<std::ptrdiff_t>(best) + 1);
     if (is_new[best] && !outOfTime() && options_.refine)
       searchBeside(poses.front());
-    // Polished, a rival may turn out to be the same pose.
-    const Eigen::Isometry3d T_best = poses.front().T_target_source;
-    poses.erase(std::remove_if(poses.begin() + 1,
+    // Polished, rivals may have changed their order, or turned out to be the same pose.
+    const JudgedPose first = poses.front();
+    poses.erase(std::remove_if(poses.begin(),
                                poses.end(),
-                               [&](const JudgedPose& pose) { return pair_.isSamePlace(pose.T_target_source, T_best); }),
+                               [&](const JudgedPose& pose) {
+                                 return pair_.isSamePlace(pose.T_target_source, first.T_target_source);
+                               }),
                 poses.end());
+    const std::size_t rivals = poses.size();
+    poses = keepDistinct(std::move(poses), rivals);
+    poses.insert(poses.begin(), first);
     report("polish", points, static_cast<std::uint64_t>(poses.front().polish->matches));
   }
 
@@ -606,7 +623,8 @@ private:
 
   static constexpr std::size_t kMaxRotations = 24;
   static constexpr std::size_t kFirstRotations = 6;
-  static constexpr double kSureConfidence = 0.9; // what is accepted with less is held against what else there is
+  static constexpr double kSureConfidence = 0.9;       // what is accepted with less is held against what else there is
+  static constexpr double kUnfinishedConfidence = 0.5; // at most, of the best pose when the time ran out
   static constexpr double kClearScore = 0.2;
   static constexpr double kClearShare = 0.65;   // of the matched voices, that contradictions leave of the score
   static constexpr int kSweepSteps = 80;        // 4.5 degrees: half of it is well within reach of the refinement
@@ -632,7 +650,9 @@ private:
   std::optional<Eigen::Isometry3d> guess_; ///< inner frames
   std::vector<MainNormal> source_normals_, target_normals_;
   std::string few_directions_; ///< which scan has planes in fewer than two directions; empty: none
-  bool guess_decides_ = false;
+  bool guess_orders_ = false;  ///< several poses explain the scans equally well: the one next to the guess goes first
+  bool guess_decides_ = false; ///< and is clearly the next one
+  bool cut_short_ = false;     ///< the time had run out when the poses were judged last
   StageClock clock_;
   Result result_;
 };

@@ -184,6 +184,7 @@ TEST(Options, WholeNumbersOutOfRangeAreNamed)
       {"patches.coarsest_level", PCL_SSFR_SET(patches.coarsest_level), {2, 20}, {3, 19}}, // finest level is 3
       {"patches.min_points", PCL_SSFR_SET(patches.min_points), {2}, {3}},
       {"density.max_regions", PCL_SSFR_SET(density.max_regions), {0}, {1}},
+      {"density.max_queries", PCL_SSFR_SET(density.max_queries), {-1}, {0, 1}},
       {"density.max_region_points", PCL_SSFR_SET(density.max_region_points), {0}, {1}},
       {"mean_shift.max_iterations", PCL_SSFR_SET(mean_shift.max_iterations), {0}, {1}},
       {"translation.histogram.max_bins", PCL_SSFR_SET(translation.histogram.max_bins), {0, -3}, {1}},

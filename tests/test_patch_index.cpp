@@ -227,6 +227,52 @@ TEST_F(PatchIndexCount, OfALineFarFromTheOrigin)
   EXPECT_GT(std::accumulate(found.begin(), found.end(), 0), 100);
 }
 
+TEST_F(PatchIndexCount, OfPlacesThatOnlyTheShiftBringsNear)
+{
+  // Place and shift cancel, and what is left of them is rounded: the edge of the grid must be no nearer for a line.
+  // Patches that stand on a corner reach the edge of the grid.
+  PlanarPatches patches;
+  for (const double x : {-5., 5.})
+    addPatch(patches, {Eigen::Vector3d(x, 0, 0), Eigen::Vector3d(3, -3, 0), Eigen::Vector3d(3, 3, 0)});
+  const PatchIndex index(patches, 0.4713);
+  float inside = 0;
+  float edge = 50;
+  for (int i = 0; i < 60; ++i) {
+    const float middle = (inside + edge) / 2;
+    (index.mask({middle, 0, 0}) != 0 ? inside : edge) = middle;
+  }
+  ASSERT_GT(inside, 1);
+  testing::Random random(11);
+  constexpr std::size_t kAtEdge = 10; // the shift of a line that brings the place to the edge
+  int total = 0;
+  for (int k = 0; k < 20000; ++k) {
+    const float from = (k % 2 == 0 ? 1e5f : -1e5f) * (1 + 0.5f * static_cast<float>(k) / 20000);
+    PatchIndex::Probes probe;
+    probe.add({from, 0, 0}, {0, 0, 1});
+    ShiftLine line;
+    line.step = {randomPlace(random, 0.25).x(), 0, 0};
+    line.start = {edge - from - static_cast<float>(kAtEdge) * line.step.x(), 0, 0};
+    line.count = 2 * kAtEdge;
+    const std::vector<int> found = index.countFacingAlong(line, probe, 0, 1);
+    for (std::size_t s = 0; s < line.count; ++s) {
+      ASSERT_EQ(found[s], index.countFacing(probe, 0, 1, line[s])) << k << ' ' << s;
+      total += found[s];
+    }
+  }
+  EXPECT_GT(total, 1000);
+}
+
+TEST_F(PatchIndexCount, OfMoreShiftsThanAFloatTells)
+{
+  ShiftLine line;
+  line.start.setZero();
+  line.step = Eigen::Vector3f::Constant(1e-9f);
+  line.count = (std::size_t{1} << 24U) + 3; // as a float one more
+  const std::vector<int> found = index_.countFacingAlong(line, probes_, 0, 1);
+  ASSERT_EQ(found.size(), line.count);
+  EXPECT_EQ(found.back(), index_.countFacing(probes_, 0, 1, line[line.count - 1]));
+}
+
 TEST_F(PatchIndexCount, OfNothing)
 {
   EXPECT_EQ(PatchIndex().countFacing(probes_, 0, probes_.x.size(), Eigen::Vector3f::Zero()), 0);

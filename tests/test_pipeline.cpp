@@ -440,8 +440,15 @@ TEST(Limits, timeRunsOutCleanly)
   const Pair pair = scanPair(makeHall(1), 0, 1, terrestrialScanner(0.0175), 94);
   Options options = makeOptions(Profile::Default);
   options.time_limit = 1e-6;
-  const Result result = registerPair(pair, options);
-  EXPECT_EQ(result.status, Status::TimeLimit) << result.message;
+  EXPECT_EQ(registerPair(pair, options).status, Status::TimeLimit); // while the scans are prepared
+
+  options.time_limit = 0;
+  const auto [source, target] = prepareScans(viewOfPoints(pair.source), viewOfPoints(pair.target), options);
+  options.time_limit = 1e-9;
+  const Result result = registerScans(source, target, options);
+  EXPECT_EQ(result.status, Status::TimeLimit);
+  EXPECT_THAT(result.message, ::testing::HasSubstr("before a pose could be judged"));
+  EXPECT_TRUE(result.candidates.empty());
 }
 
 TEST(Limits, stagesAreReportedWithCountsAndSeconds)

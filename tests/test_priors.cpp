@@ -231,6 +231,30 @@ TEST(Guess, WithAToleranceBoundsTheAnswer)
   }
 }
 
+TEST(Guess, NoPolishPassesItsTolerance)
+{
+  // The truth lies some millimetres to either side of the tolerance, so that the polish may want to pass it.
+  const std::vector<PosedScan> scans = takeScans(planScans("hall", "velodyne_vlp16", 3, 30000, 2));
+  const PosedScan& source = scans[2];
+  const PosedScan& target = scans[1];
+  Options options = defaultOptions();
+  const auto [s, t] = prepareScans(viewOfPoints(source.points), viewOfPoints(target.points), options);
+  int accepted = 0;
+  for (std::uint64_t k = 0; k < 24; ++k) {
+    const Eigen::Isometry3d guess = besides(truePose(source, target), 0, 0.05, k);
+    options.guess_tolerance = GuessTolerance{0.1, 0.042 + 0.001 * static_cast<double>(k % 12)};
+    const Result result = registerScans(s, t, options, &guess);
+    accepted += result.accepted();
+    for (const Candidate& candidate : result.candidates) {
+      const Eigen::Vector3d sensor = result.source_viewpoint;
+      EXPECT_LE((candidate.T_target_source * sensor - guess * sensor).norm(),
+                options.guess_tolerance->translation + 1e-9)
+          << k;
+    }
+  }
+  EXPECT_GT(accepted, 0);
+}
+
 // ---------------------------------------------------------------------------------------------------------------------
 // Few planes
 

@@ -189,6 +189,40 @@ TEST_P(TimeLimit, NothingHalfDoneIsKept)
 
 INSTANTIATE_TEST_SUITE_P(Profiles, TimeLimit, ::testing::Values(Profile::Default, Profile::Paper2017));
 
+TEST(TimeLimitOfTheSearch, NoAnswerIsBelievedBeforeTheSearchIsComplete)
+{
+  const Options options = withProfile(Profile::Default);
+  const auto [source, target] =
+      prepareScans(viewOfCloud(*smallClouds().source), viewOfCloud(*smallClouds().target), options);
+  const auto start = Deadline::Clock::now();
+  const Result whole = registerScans(source, target, options);
+  const double seconds = std::chrono::duration<double>(Deadline::Clock::now() - start).count();
+  ASSERT_TRUE(whole.accepted()) << whole.message;
+
+  constexpr int kSteps = 60;
+  int cut_short = 0;
+  for (int k = 0; k <= kSteps; ++k) {
+    const double limit = kAtOnce + seconds * k / kSteps;
+    const Result result = registerScans(source, target, options, nullptr, Deadline::after(limit));
+    if (result.status != Status::TimeLimit) {
+      expectSameAnswer(result, whole);
+      EXPECT_EQ(result.message, whole.message);
+      continue;
+    }
+    EXPECT_THAT(result.message, HasSubstr("time limit"));
+    EXPECT_LE(result.confidence, 0.5);
+    if (result.candidates.empty()) {
+      EXPECT_TRUE(result.T_target_source.matrix().isIdentity(0));
+      EXPECT_EQ(result.confidence, 0);
+      continue;
+    }
+    ++cut_short;
+    EXPECT_THAT(result.message, HasSubstr("so far: "));
+    EXPECT_EQ(result.T_target_source.matrix(), result.candidates.front().T_target_source.matrix());
+  }
+  EXPECT_GT(cut_short, 0) << "of " << kSteps << " limits up to " << seconds << " s";
+}
+
 TEST(TimeLimitOfAlign, CutsPreparationShort)
 {
   // By processor time: other processes take none of that.

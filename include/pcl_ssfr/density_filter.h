@@ -25,7 +25,7 @@ struct DensityOptions {
   double max_elongation = 3;           ///< ratio of the two largest covariance eigenvalues that counts as elongated
   double max_elongated_chord = 0.1743; ///< spread 2 sqrt(l1) beyond which an elongated region is dropped, chord
   int max_region_points = 3000;        ///< at most so many (evenly strided) directions are kept in a region, >= 1
-  int max_queries = 0;                 ///< at most so many (evenly strided) directions may be peaks, >= 1; 0: all
+  int max_queries = 0;                 ///< at most so many (evenly strided) directions may be peaks, >= 0; 0: all
 };
 
 /// One of the densest regions: the neighbours of a density peak within r_d.

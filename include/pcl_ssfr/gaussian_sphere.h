@@ -21,7 +21,8 @@ struct DirectionSet {
 
 /** \brief Map every sample to the point of the unit sphere that its normal points at (paper, section 3.1).
  *
- * Unoriented samples give both n and -n, so that the image is symmetric and nothing later depends on the sign.
+ * Unoriented samples give both n and -n, so that the image is symmetric. Nothing later depends on the sign, unless
+ * DensityOptions::max_queries leaves some out.
  * Samples whose normal is not finite or not of unit length (to 1e-3) are left out.
  */
 DirectionSet

@@ -74,10 +74,12 @@ struct Options {
                              ///< read by Paper2017
   double time_limit = 0;     ///< of registerScans() without a deadline, or of the PCL class' align() [s]; 0: none
   unsigned threads = 1;      ///< 0: all processors, at most kMaxThreads; the result never depends on it
-  std::optional<GravityPrior> gravity;           ///< only poses that keep it are considered
-  std::optional<GuessTolerance> guess_tolerance; ///< of the guess, when there is one; none: the guess is one candidate
-                                                 ///< among all; not read by Paper2017
-  int max_candidates = 10;                       ///< distinct poses listed in the result, >= 1
+  /// Only poses that keep it are considered; the noise of scans may take a pose 0.01 rad beyond its tolerance.
+  std::optional<GravityPrior> gravity;
+  /// Of the guess, when there is one: only poses within it are considered, turns up to 0.01 rad beyond it. None: the
+  /// guess is one candidate among all. Not read by Paper2017.
+  std::optional<GuessTolerance> guess_tolerance;
+  int max_candidates = 10;     ///< distinct poses listed in the result, >= 1
   double min_confidence = 0.7; ///< accept an answer from this confidence on, [0, 1]; not read by Paper2017
 
   // Stages. Profile::Default reads only patches, and has the other stages' constants of its own; Profile::Paper2017

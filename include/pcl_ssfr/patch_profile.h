@@ -44,7 +44,8 @@ PatchScan
 preparePatchScan(const ScanView& scan, const Options& options, const Deadline& deadline = Deadline());
 
 /** \brief Stages 6 to 13 of the default profile: rotations, translations, visibility, refinement, selection.
- * \param[in] deadline when it passes meanwhile, what was found so far is judged; Options::time_limit is not read
+ * \param[in] deadline when it passes meanwhile: Status::TimeLimit, with what was found so far; Options::time_limit is
+ * not read
  */
 Result
 registerPatchScans(const PatchScan& source,
@@ -66,7 +67,7 @@ struct PatchSearch {
 };
 
 /** \brief Stages 6 to 12 once more: one entry for each effort that a registration may make, in their order, without a
- * time limit. Empty entries where the scans have no pair of main normals.
+ * time limit. Empty entries where a scan has no main normals.
  */
 std::vector<PatchSearch>
 repeatSearch(const PatchScan& source, const PatchScan& target, const Options& options);

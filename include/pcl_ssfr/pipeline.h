@@ -10,7 +10,8 @@ namespace pcl_ssfr {
 /** \brief Global registration of two prepared scans: the pose that maps source points into the target frame.
  *
  * Both must have been prepared with these \p options. Same input, same bits, for any number of threads.
- * When Options::time_limit seconds are over, what was found so far is judged; Status::TimeLimit when that is nothing.
+ * When Options::time_limit seconds are over, the status is Status::TimeLimit, and Result holds the best poses so far:
+ * what speaks against them may not have been found, nor are they exact. (Profile::Paper2017 judges what it has.)
  * \param[in] guess optional: refined and judged as one more candidate; never needed, never degrades the answer
  * \throw std::invalid_argument when \p options are out of range. Data never throw: Result::status says what happened.
  */

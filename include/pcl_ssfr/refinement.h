@@ -66,7 +66,8 @@ struct SurfacePoints {
 
 /// Evenly strided points of every patch with the patch's normal: \p drawn_of_group (>= 0) for each \p group (>= 1) of
 /// its points that it begins, but no more than it has. Where that gives more than \p most of all patches together (>=
-/// 0; 0: any number), groups are twice as large, or four times and so on, until no patch has more than one.
+/// 0; 0: any number), groups are twice as large, or four times and so on, until every patch begins one only: it lends
+/// \p drawn_of_group at least.
 SurfacePoints
 drawSurfacePoints(const ThinnedCloud& cloud, const PlanarPatches& patches, int drawn_of_group, int group, int most = 0);
 

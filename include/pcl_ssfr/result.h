@@ -19,12 +19,12 @@ enum class Status {
   InvalidInput,     ///< a cloud is missing or an option is out of range
   TooFewPoints,     ///< too few finite points in one of the scans
   TooFewDirections, ///< fewer than two main normals that are not parallel: the rotation is unobservable
-  NoCandidate,      ///< no rotation of one scan's main normals fits the other's
+  NoCandidate,      ///< no pose that fits the scans' main normals lays surfaces of the two on each other
   Ambiguous,        ///< several distinct poses explain the scans about equally well (symmetry, repetition)
   Unobservable,     ///< the scene leaves a direction of motion undetermined (corridor without an end)
   LowOverlap,       ///< the best pose lays too little of the scans on each other: probably unrelated
   Contradicted,     ///< the best pose puts surfaces where the other sensor saw free space
-  TimeLimit         ///< the time limit ran out before a candidate could be judged
+  TimeLimit         ///< the time limit ran out before the search was complete: candidates hold what was found so far
 };
 
 /// The enumerator's name, in snake_case as in the JSON output ("converged", "too_few_directions", ...).
