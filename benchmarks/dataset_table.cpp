@@ -61,9 +61,17 @@ struct Settings {
   pcl_ssfr::benchmarks::Spoil spoil; ///< of each source
   bool others = false;               ///< the pairs of scans that pairs.csv does not list, instead of those that it does
   bool unrelated = false;            ///< pair each source with a target of the next folder: every answer is wrong
+  bool mirrored = false;             ///< mirror each source, as a left-handed file is: every answer is wrong
   fs::path target_folder;            ///< of the targets, when unrelated ...
   std::vector<Pair> target_pairs;    ///< ... and its pairs
 };
+
+/// Whether no pose is right.
+bool
+hasNoTruth(const Settings& settings)
+{
+  return settings.unrelated || settings.mirrored;
+}
 
 struct Outcome {
   pcl_ssfr::Result result;
@@ -252,7 +260,11 @@ runPair(const fs::path& folder, const std::vector<Pair>& pairs, std::size_t numb
     target_motion.translation() = randomRotation(rng).linear() * Eigen::Vector3d(settings.away, 0, 0);
     target = moved(*target, target_motion);
   }
-  source = moved(*pcl_ssfr::benchmarks::spoiled(*source, settings.spoil, settings.seed + number), motion);
+  source = pcl_ssfr::benchmarks::spoiled(*source, settings.spoil, settings.seed + number);
+  if (settings.mirrored)
+    for (pcl::PointXYZ& point : *source)
+      point.y = -point.y;
+  source = moved(*source, motion);
   const Eigen::Isometry3d truth = target_motion * pair.T_target_source * motion.inverse();
 
   Outcome outcome;
@@ -264,7 +276,7 @@ runPair(const fs::path& folder, const std::vector<Pair>& pairs, std::size_t numb
   judge(
       outcome.result.T_target_source * at_sensor, truth * at_sensor, outcome.rotation_error, outcome.translation_error);
   const auto right = [&settings](double degrees, double metres) {
-    return !settings.unrelated && degrees < kMaxRotationError && metres < kMaxTranslationError;
+    return !hasNoTruth(settings) && degrees < kMaxRotationError && metres < kMaxTranslationError;
   };
   outcome.success = right(outcome.rotation_error, outcome.translation_error);
   for (std::size_t k = 0; k < outcome.result.candidates.size(); ++k) {
@@ -274,7 +286,7 @@ runPair(const fs::path& folder, const std::vector<Pair>& pairs, std::size_t numb
     if (outcome.right_candidates.back() && outcome.truth_rank < 0)
       outcome.truth_rank = static_cast<int>(k);
   }
-  if (settings.why && !outcome.success && !settings.unrelated)
+  if (settings.why && !outcome.success && !hasNoTruth(settings))
     outcome.why = whyLost(*source, *target, truth, settings);
   return outcome;
 }
@@ -542,6 +554,8 @@ main(int argc, char** argv)
        "keep only this share of each source, the points nearest to the sensor")
       ("unrelated", po::bool_switch(&settings.unrelated),
        "targets from the next folder: whatever is reported converged is wrong")
+      ("mirrored", po::bool_switch(&settings.mirrored),
+       "mirror each source, as a file with left-handed coordinates is: whatever is reported converged is wrong")
       ("verbose", po::bool_switch(&settings.verbose), "a line a pair")
       ("failed", po::bool_switch(&settings.failed), "a line for each pair that is not solved")
       ("why", po::bool_switch(&settings.why), "with --failed or --verbose: where the truth was lost, and its evidence")
