@@ -9,7 +9,10 @@
 
 #include <boost/program_options.hpp>
 
+#include <filesystem>
 #include <sstream>
+#include <system_error>
+#include <utility>
 
 namespace pcl_ssfr {
 namespace apps {
@@ -61,6 +64,33 @@ parseTokens(const std::vector<std::string>& arguments)
   return values;
 }
 
+/// Nothing may be lost: neither one result to another, nor a scan to a result. What is no file, as /dev/null, may be
+/// named twice.
+void
+checkFiles(const AlignArguments& arguments)
+{
+  namespace fs = std::filesystem;
+  const std::pair<const char*, std::string> named[] = {{"SOURCE", arguments.source},
+                                                       {"TARGET", arguments.target},
+                                                       {"--guess", arguments.guess_file},
+                                                       {"--output", arguments.output},
+                                                       {"--transform", arguments.transform},
+                                                       {"--json", arguments.json == "-" ? "" : arguments.json}};
+  constexpr std::size_t kFirstResult = 3;
+  const auto canonical = [](const std::string& file) {
+    std::error_code none;
+    return fs::weakly_canonical(fs::absolute(file, none), none);
+  };
+  for (std::size_t i = kFirstResult; i < std::size(named); ++i)
+    for (std::size_t k = 0; k < i; ++k) {
+      const std::string& file = named[i].second;
+      std::error_code none;
+      const bool is_other = fs::exists(file, none) && !fs::is_regular_file(file, none);
+      if (!file.empty() && !named[k].second.empty() && !is_other && canonical(file) == canonical(named[k].second))
+        throw UsageError(std::string(named[i].first) + ": " + io::inQuotes(file) + " is also " + named[k].first);
+    }
+}
+
 } // namespace
 
 AlignArguments
@@ -80,6 +110,9 @@ parseAlignArguments(const std::vector<std::string>& arguments)
     throw UsageError("unexpected argument " + io::inQuotes(clouds[2]) + ", SOURCE and TARGET are already given");
   result.source = clouds[0];
   result.target = clouds[1];
+  for (const auto& [name, file] : {std::pair("SOURCE", result.source), std::pair("TARGET", result.target)})
+    if (file.empty())
+      throw UsageError(std::string(name) + " is empty");
   const auto set = [&values](const char* name, std::string& target) {
     if (!values.count(name))
       return;
@@ -93,10 +126,8 @@ parseAlignArguments(const std::vector<std::string>& arguments)
   set("pictures", result.pictures);
   if (!result.output.empty() && !io::isWritableFormat(result.output))
     throw UsageError("--output: " + result.output + " is not a .pcd or .ply file");
-  MethodArguments method = readMethodOptions(values);
-  result.method = std::move(method.method);
-  result.guess_file = std::move(method.guess_file);
-  result.options = method.options;
+  static_cast<MethodArguments&>(result) = readMethodOptions(values);
+  checkFiles(result);
   return result;
 }
 

@@ -6,7 +6,8 @@
 #include <apps/methods.h>
 #include <apps/usage_error.h>
 
-#include <array>
+#include <cmath>
+#include <ostream>
 #include <sstream>
 #include <stdexcept>
 
@@ -50,9 +51,10 @@ parseGravity(const std::string& text)
 {
   const std::vector<double> values = parseNumbers("--gravity", text, 3, "x,y,z");
   const Eigen::Vector3d up(values[0], values[1], values[2]);
-  if (!up.allFinite() || !(up.norm() > 0))
+  Eigen::Vector3d direction = up.stableNormalized();
+  if (!(std::abs(direction.norm() - 1) < 1e-9)) // of zero, of what is not finite
     throw UsageError("--gravity: " + io::inQuotes(text) + " is not a direction");
-  return up.normalized();
+  return direction;
 }
 
 constexpr double kDegree = 3.14159265358979323846 / 180;
@@ -154,6 +156,39 @@ chooseOptions(const po::variables_map& values, Profile profile)
   return options;
 }
 
+/// Options that were given, "--name", though the method does not read them.
+std::vector<std::string>
+findUnread(const po::variables_map& values, const Method& method, Profile profile)
+{
+  std::vector<const char*> not_read;
+  if (method.kind == MethodKind::Ssfr || method.kind == MethodKind::SsfrRefined) {
+    if (profile == Profile::Paper2017)
+      not_read = {"min-confidence", "refine", "no-refine"};
+  }
+  else {
+    not_read = {"profile",
+                "viewpoint",
+                "gravity",
+                "gravity-tolerance",
+                "refine",
+                "no-refine",
+                "density-radius",
+                "bin-width",
+                "min-confidence"};
+    if (method.kind == MethodKind::Global)
+      not_read.push_back("guess");
+    if (!needsNormals(method.name))
+      not_read.push_back("normal-radius");
+    if (!stopsByItself(method.name))
+      not_read.push_back("time-limit");
+  }
+  std::vector<std::string> unread;
+  for (const char* name : not_read)
+    if (values.count(name) && !values[name].defaulted())
+      unread.push_back(std::string("--") + name);
+  return unread;
+}
+
 } // namespace
 
 void
@@ -211,7 +246,9 @@ addMethodOptions(po::options_description& all)
   confidence << "accept a pose from this confidence on, 0 to 1 (default: " << defaults.min_confidence << ")";
   po::options_description general("General", kHelpWidth);
   general.add_options()("min-confidence", po::value<double>()->value_name("P"), confidence.str().c_str())(
-      "time-limit", po::value<double>()->value_name("S"), "stop after so many seconds (default: no limit)")(
+      "time-limit",
+      po::value<double>()->value_name("S"),
+      "stop after so many seconds: ssfr, go_icp, super4pcs, fpcs, kfpcs (default: no limit; 60 for the last four)")(
       "threads",
       po::value<int>()->value_name("N")->default_value(0),
       "processors to use, 0: all; the result does not depend on it")("help,h", "print this text")("version",
@@ -240,7 +277,15 @@ readMethodOptions(const po::variables_map& values)
       throw UsageError("--guess-tolerance is not read by --method " + result.method);
   }
   result.options = chooseOptions(values, profile);
+  result.unread = findUnread(values, *findMethod(result.method), profile);
   return result;
+}
+
+void
+warnOfUnread(const MethodArguments& arguments, const std::string& program, std::ostream& out)
+{
+  for (const std::string& option : arguments.unread)
+    out << program << ": warning: " << option << " is not read by --method " << arguments.method << '\n';
 }
 
 } // namespace apps

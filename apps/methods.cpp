@@ -160,6 +160,8 @@ preparePair(const std::string& name,
   input.rule = settings.rule;
   if (options.leaf > 0)
     input.rule.leaf = options.leaf;
+  if (options.time_limit > 0)
+    input.rule.max_seconds = options.time_limit;
   auto clock = std::chrono::steady_clock::now();
   const ScanView source_view = viewOf(source);
   const ScanView target_view = viewOf(target);

@@ -73,6 +73,7 @@ run(const std::vector<std::string>& tokens)
     std::cout << (arguments.help ? apps::alignHelp() : std::string("ssfr_align " PCL_SSFR_VERSION "\n"));
     return kAligned;
   }
+  apps::warnOfUnread(arguments, "ssfr_align", std::cerr);
   const auto start = std::chrono::steady_clock::now();
   const io::LoadedCloud source = io::loadCloud(arguments.source);
   const io::LoadedCloud target = io::loadCloud(arguments.target);

@@ -53,6 +53,7 @@ run(const std::vector<std::string>& tokens)
     return kDone;
   }
   checkDisplay(arguments);
+  apps::warnOfUnread(arguments.method, "ssfr_view", std::cerr);
   const apps::ViewModel model(apps::loadRun(arguments), arguments.candidate);
   std::cout << apps::describeRun(model) << std::flush;
   if (!arguments.pictures.empty()) {

@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 #include <limits>
 
 namespace pcl_ssfr {
@@ -43,6 +44,29 @@ formatted(const char* format, double a, double b = 0)
   char text[160];
   std::snprintf(text, sizeof(text), format, a, b);
   return text;
+}
+
+/// What speaks for and against a pose, for people.
+std::string
+explained(const Candidate& pose)
+{
+  return formatted("%.0f %% of the surface meets its counterpart, %.1f %% contradicts the pose",
+                   100 * pose.overlap,
+                   100 * pose.contradiction);
+}
+
+/// "confidence 0.62 is less than the 0.7 that is asked for", with as many digits as it takes to be so.
+std::string
+notConfidentText(double confidence, double asked)
+{
+  constexpr int kMostDigits = 12;
+  char text[24];
+  for (int digits = 2; digits <= kMostDigits; ++digits) {
+    std::snprintf(text, sizeof(text), "%.*f", digits, confidence);
+    if (std::strtod(text, nullptr) < asked)
+      break;
+  }
+  return std::string("confidence ") + text + formatted(" is less than the %.9g that is asked for", asked);
 }
 
 /// "along (1.00, 0.00, 0.00) of the target frame".
@@ -201,11 +225,7 @@ decideOnEvidence(Decision& decision, const Findings& found)
               " distinct poses explain the scans about equally well (symmetry or repetition): " + rivalText(found));
     }
     if (confident)
-      return settle(decision,
-                    Status::Converged,
-                    formatted("%.0f %% of the surface meets its counterpart, %.1f %% contradicts the pose",
-                              100 * best.overlap,
-                              100 * best.contradiction));
+      return settle(decision, Status::Converged, explained(best));
     if (estimateConfidence(best, kNoRival, context.free_space) >= context.min_confidence)
       return settle(decision, Status::Ambiguous, "another pose explains the scans nearly as well: " + rivalText(found));
   }
@@ -218,6 +238,10 @@ decideOnEvidence(Decision& decision, const Findings& found)
                             "free, while %.0f %% meets its counterpart",
                             100 * best.contradiction,
                             100 * best.overlap));
+  if (best.overlap >= kHopelessOverlap)
+    return settle(decision,
+                  Status::LowOverlap,
+                  notConfidentText(decision.confidence, context.min_confidence) + ": " + explained(best));
   settle(decision, Status::LowOverlap, low_overlap);
 }
 

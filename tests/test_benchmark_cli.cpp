@@ -201,6 +201,7 @@ TEST_F(BenchmarkProgram, badInputIsOneLineBeforeAnyWork)
   const Case cases[] = {{"", 2, "--dataset"},
                         {small() + out() + "--frobnicate", 2, "--frobnicate"},
                         {small() + out() + "--methods magic", 2, "'magic'"},
+                        {small() + out() + "--methods ''", 2, "--methods: the value is empty"},
                         {small() + out() + "--cpu-timeout soon", 2, "--cpu-timeout: 'soon'"},
                         {small() + out() + "--pairs 7", 2, "--pairs: '7'"},
                         {"--dataset " + folder_.file("none") + out(), 3, "none"},

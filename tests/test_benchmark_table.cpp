@@ -163,6 +163,8 @@ TEST_F(Dataset, errorsNameFileLineAndColumn)
   EXPECT_THAT(error(head + "a.xyz,b.xyz\n"), AllOf(HasSubstr("pairs.csv:2: 2 columns"), HasSubstr("15")));
   EXPECT_THAT(error(head + kGood, "[1]"), HasSubstr("dataset.json"));
   EXPECT_THAT(error(head + kGood, "{"), HasSubstr("dataset.json: is not JSON"));
+  EXPECT_THAT(error(head + kGood, R"({"name": ""})"), HasSubstr("name: \"\" is empty"));
+  EXPECT_THAT(error(head + kGood, R"({"name": "a\nb"})"), HasSubstr(R"(name: "a\nb")"));
   EXPECT_THAT(error(head + kGood, R"({"viewpoint": "here"})"), HasSubstr("viewpoint: 'here'"));
   EXPECT_THAT(error(head + kGood, R"({"success": {"rotation_deg": -1}})"), HasSubstr("success.rotation_deg: '-1'"));
 }

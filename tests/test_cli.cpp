@@ -14,12 +14,15 @@
 #include <sys/wait.h>
 
 #include <cmath>
+#include <sstream>
 
 namespace pcl_ssfr {
 namespace {
 
 using ::testing::AllOf;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 using ::testing::StartsWith;
 using testing::TemporaryFolder;
 
@@ -125,6 +128,8 @@ TEST(AlignOptions, errorsNameWhatIsWrong)
 {
   EXPECT_EQ(usageError({}), "SOURCE and TARGET are missing");
   EXPECT_EQ(usageError({"s.pcd"}), "TARGET is missing");
+  EXPECT_EQ(usageError({"", "t.pcd"}), "SOURCE is empty");
+  EXPECT_EQ(usageError({"s.pcd", ""}), "TARGET is empty");
   EXPECT_THAT(usageError({"s.pcd", "t.pcd", "u.pcd"}), HasSubstr("'u.pcd'"));
   EXPECT_THAT(usageError({"s.pcd", "t.pcd", "--wrong"}), HasSubstr("--wrong"));
   EXPECT_THAT(usageError({"s.pcd", "t.pcd", "--no-ref"}), HasSubstr("--no-ref")); // no abbreviations
@@ -138,7 +143,8 @@ TEST(AlignOptions, errorsNameWhatIsWrong)
   EXPECT_THAT(usageError({"s.pcd", "t.pcd", "--viewpoint", "here"}), HasSubstr("--viewpoint: 'here'"));
   EXPECT_THAT(usageError({"s.pcd", "t.pcd", "--gravity", "0,0"}), HasSubstr("--gravity: '0,0'"));
   EXPECT_THAT(usageError({"s.pcd", "t.pcd", "--gravity", "0,0,up"}), HasSubstr("'up'"));
-  EXPECT_THAT(usageError({"s.pcd", "t.pcd", "--gravity", "0,0,0"}), HasSubstr("not a direction"));
+  for (const char* none : {"0,0,0", "nan,0,1", "inf,0,0"})
+    EXPECT_THAT(usageError({"s.pcd", "t.pcd", "--gravity", none}), HasSubstr("not a direction")) << none;
   EXPECT_THAT(usageError({"s.pcd", "t.pcd", "--gravity-tolerance", "2"}), HasSubstr("needs --gravity"));
   for (const char* degrees : {"0", "-1", "181", "nan"}) {
     EXPECT_THAT(usageError({"s.pcd", "t.pcd", "--gravity", "0,0,1", std::string("--gravity-tolerance=") + degrees}),
@@ -158,6 +164,56 @@ TEST(AlignOptions, errorsNameWhatIsWrong)
   EXPECT_THAT(usageError({"s.pcd", "t.pcd", "--output="}), HasSubstr("--output"));
   EXPECT_THAT(usageError({"s.pcd", "t.pcd", "--refine", "--no-refine"}), HasSubstr("--refine"));
   EXPECT_THAT(usageError({"s.pcd", "t.pcd", "--leaf", "1", "--leaf", "2"}), HasSubstr("leaf"));
+}
+
+TEST(AlignOptions, gravityOfAnyLengthIsADirection)
+{
+  for (const char* up : {"0,0,1e300", "0,0,1e-300", "0,0,9.81"}) {
+    const auto options = apps::parseAlignArguments({"s.pcd", "t.pcd", "--gravity", up}).options;
+    ASSERT_TRUE(options.gravity) << up;
+    EXPECT_TRUE(options.gravity->up_source.isApprox(Eigen::Vector3d::UnitZ())) << up;
+  }
+}
+
+TEST(AlignOptions, noResultTakesThePlaceOfAnotherOrOfAScan)
+{
+  EXPECT_EQ(usageError({"s.pcd", "t.pcd", "--json", "s.pcd"}), "--json: 's.pcd' is also SOURCE");
+  EXPECT_EQ(usageError({"s.pcd", "d/../t.pcd", "--output", "./t.pcd"}), "--output: './t.pcd' is also TARGET");
+  EXPECT_EQ(usageError({"s.pcd", "t.pcd", "--guess", "T.txt", "--transform", "T.txt"}),
+            "--transform: 'T.txt' is also --guess");
+  EXPECT_EQ(usageError({"s.pcd", "t.pcd", "--json", "a", "--transform", "a"}), "--json: 'a' is also --transform");
+  EXPECT_EQ(apps::parseAlignArguments({"s.pcd", "s.pcd", "--json", "-", "--transform", "T.txt"}).json, "-");
+  EXPECT_EQ(apps::parseAlignArguments({"s.pcd", "t.pcd", "--json", "/dev/null", "--transform", "/dev/null"}).json,
+            "/dev/null");
+}
+
+TEST(AlignOptions, whatAMethodDoesNotReadIsNamed)
+{
+  const auto unread = [](std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), {"s.pcd", "t.pcd"});
+    return apps::parseAlignArguments(arguments).unread;
+  };
+  const std::vector<std::string> many = {
+      "--gravity", "0,0,1", "--time-limit", "2", "--guess", "T.txt", "--no-refine", "--leaf", "0.1"};
+  const auto with = [&many](const char* method) {
+    std::vector<std::string> all = many;
+    all.insert(all.end(), {"--method", method});
+    return all;
+  };
+  EXPECT_THAT(unread(many), IsEmpty());
+  EXPECT_THAT(unread(with("ssfr_icp")), IsEmpty());
+  EXPECT_THAT(unread(with("ssfr_paper2017")), ElementsAre("--no-refine"));
+  EXPECT_THAT(unread(with("ndt")), ElementsAre("--gravity", "--no-refine", "--time-limit"));
+  EXPECT_THAT(unread(with("fgr")), ElementsAre("--gravity", "--no-refine", "--guess", "--time-limit"));
+  EXPECT_THAT(unread(with("go_icp")), ElementsAre("--gravity", "--no-refine", "--guess"));
+  EXPECT_THAT(unread({"--method", "icp_point_to_point", "--normal-radius", "0.3", "--viewpoint", "auto"}),
+              ElementsAre("--viewpoint", "--normal-radius"));
+  EXPECT_THAT(unread({"--method", "icp_point_to_plane", "--normal-radius", "0.3"}), IsEmpty());
+
+  std::ostringstream text;
+  apps::warnOfUnread(
+      apps::parseAlignArguments({"s.pcd", "t.pcd", "--method", "gicp", "--bin-width", "0.1"}), "p", text);
+  EXPECT_EQ(text.str(), "p: warning: --bin-width is not read by --method gicp\n");
 }
 
 TEST(AlignOptions, helpNamesEveryOptionAndMethod)

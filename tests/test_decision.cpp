@@ -15,6 +15,8 @@ namespace {
 
 using ::testing::HasSubstr;
 using testing::matchesOn;
+using ::testing::MatchesRegex;
+using ::testing::Not;
 using testing::refinementOf;
 
 const Eigen::Vector3d kX = Eigen::Vector3d::UnitX(), kY = Eigen::Vector3d::UnitY(), kZ = Eigen::Vector3d::UnitZ();
@@ -185,6 +187,24 @@ TEST(Decision, ARivalThatTakesAwayTheConfidence)
   EXPECT_EQ(d.status, Status::Ambiguous);
   EXPECT_THAT(d.message, HasSubstr("nearly as well: the strongest rival lies 8.00 m"));
   EXPECT_EQ(decide({poseAt(kX, 0.2, 0.009)}, polishInARoom(), DecisionContext()).status, Status::Converged);
+}
+
+TEST(Decision, LessConfidenceThanIsAskedFor)
+{
+  DecisionContext context;
+  context.min_confidence = 1;
+  const Decision sure = decide({poseAt(kX, 0.6)}, polishInARoom(), context);
+  EXPECT_EQ(sure.status, Status::LowOverlap);
+  EXPECT_GT(sure.confidence, 0.99);
+  EXPECT_THAT(sure.message, HasSubstr("that is asked for: 60 % of the surface meets its counterpart"));
+  EXPECT_THAT(sure.message, HasSubstr("confidence 0.9")); // not 1.00
+  EXPECT_THAT(sure.message, Not(HasSubstr("same place")));
+  const double confidence = decide({poseAt(kX, 0.3, 0.017)}, polishInARoom(), DecisionContext()).confidence;
+  ASSERT_GT(confidence, 0.1);
+  ASSERT_LT(confidence, 0.95);
+  context.min_confidence = confidence + 0.04;
+  EXPECT_THAT(decide({poseAt(kX, 0.3, 0.017)}, polishInARoom(), context).message,
+              MatchesRegex("confidence 0\\.[0-9][0-9] is less than the 0\\.[0-9]+ that .*"));
 }
 
 TEST(Decision, NextToNoSurfaceInCommonIsNeverBelieved)

@@ -154,6 +154,51 @@ TEST_F(RefinementOfTheRoom, EitherHalfOfThePolishIsEnough)
   EXPECT_NEAR(static_cast<double>(by_both.matches), static_cast<double>(by_target.matches + by_source.matches), 3);
 }
 
+TEST_F(RefinementOfTheRoom, ThePolishSumsOverThePointsOfBothScans)
+{
+  // More points than a block holds, a different number in each scan; the oracle takes them one by one.
+  const SurfacePoints source = drawSurfacePoints(source_.cloud, source_.patches, 150, 1000000);
+  const SurfacePoints target = drawSurfacePoints(target_.cloud, target_.patches, 220, 1000000);
+  ASSERT_GT(source.points.cols(), 600);
+  ASSERT_GT(target.points.cols(), source.points.cols() + 300);
+  RefinementOptions one_step = options();
+  one_step.steps = 1;
+  one_step.match.distance = 0.2f;
+  const Eigen::Isometry3d T = smallMotion(0.02, Eigen::Vector3d(1, -2, 1), Eigen::Vector3d(0.05, 0.04, -0.06)) * truth_;
+  const Refinement refined = refineMutual(source, source_.index, target, target_.index, T, one_step);
+
+  Matrix6 hessian = Matrix6::Zero();
+  double weight = 0;
+  int matches = 0;
+  const double square = std::pow(0.5 * static_cast<double>(one_step.match.distance), 2); // of the robust weight's scale
+  const auto add = [&](const SurfacePoints& points, const Eigen::Isometry3d& T_moved, const PatchIndex& planes) {
+    const bool is_source = &points == &source;
+    for (Eigen::Index i = 0; i < points.points.cols(); ++i) {
+      const Eigen::Vector3d p = T_moved * points.points.col(i).cast<double>();
+      const Eigen::Vector3d n = T_moved.linear() * points.normals.col(i).cast<double>();
+      const int match = planes.find(p.cast<float>(), n.cast<float>(), one_step.match);
+      if (match < 0)
+        continue;
+      const PatchIndex::Meeting at = planes.meet(match, p);
+      const Eigen::Vector3d place = is_source ? p : Eigen::Vector3d(points.points.col(i).cast<double>());
+      const Eigen::Vector3d normal = is_source ? at.normal : Eigen::Vector3d(T.linear() * at.normal);
+      Vector6 row;
+      row << (place - refined.centre).cross(normal), normal;
+      const double w = std::pow(square / (square + at.distance * at.distance), 2) / at.variance;
+      hessian += w * row * row.transpose();
+      weight += w;
+      ++matches;
+    }
+  };
+  add(source, T, target_.index);
+  add(target, T.inverse(), source_.index);
+  EXPECT_GT(matches, 1000);
+  EXPECT_NEAR(
+      static_cast<double>(refined.matches), static_cast<double>(matches), 2); // rounding at the bounds of a match
+  EXPECT_NEAR(refined.weight, weight, 1e-3 * weight);
+  EXPECT_LT((refined.hessian - hessian).norm(), 1e-3 * hessian.norm()) << refined.hessian << "\n\n" << hessian;
+}
+
 TEST_F(RefinementOfTheRoom, TruthStays)
 {
   const Refinement refined = refinePatches(source_.patches, target_.index, truth_, options());

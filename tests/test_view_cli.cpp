@@ -283,6 +283,14 @@ TEST_F(Program, everyErrorIsOneLineThatNamesTheThing)
                             pose;
   io::writeFile(folder_.file("status.json"), start + ", \"status\": \"happy\", \"target\": \"good.xyz\"}");
   io::writeFile(folder_.file("gone.json"), start + ", \"status\": \"converged\", \"target\": \"gone.xyz\"}");
+  const std::string other = start + ", \"status\": \"converged\", \"target\": \"good.xyz\"}";
+  io::writeFile(folder_.file("method.json"), std::string(other).replace(other.find("ssfr"), 4, "magic"));
+  const std::string no_stages = "\"stages\": []";
+  io::writeFile(
+      folder_.file("replaced.json"),
+      std::string(other).replace(other.find(no_stages),
+                                 no_stages.size(),
+                                 R"("stages": [{"name": "target thinning", "seconds": 1, "in": 7, "out": 5}])"));
   io::writeFile(folder_.file("options.json"),
                 start + ", \"status\": \"converged\", \"target\": \"good.xyz\", \"options\": {\"leaf\": -1}}");
   io::writeFile(folder_.file("file"), "in the way");
@@ -307,6 +315,8 @@ TEST_F(Program, everyErrorIsOneLineThatNamesTheThing)
                                 {folder_.file("empty.json") + png, 3, "empty.json: has no 'method'"},
                                 {folder_.file("status.json") + png, 3, "status.json: 'status' is 'happy'"},
                                 {folder_.file("gone.json") + png, 3, "gone.xyz"},
+                                {folder_.file("method.json") + png, 3, "method.json: 'method' is 'magic'"},
+                                {folder_.file("replaced.json") + png, 3, "'target' had 7 points when"},
                                 {folder_.file("options.json") + png, 3, "options.json: 'options'"},
                                 {folder_.file("gone.json") + png + " --leaf 0.1", 2, "--leaf"},
                                 {folder_.file("nothing") + png, 3, "pairs.csv"},

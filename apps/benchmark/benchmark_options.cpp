@@ -211,10 +211,13 @@ parseBenchmarkArguments(const std::vector<std::string>& arguments)
     throw UsageError("--out is missing");
   if (map.count("dataset") > 0)
     result.datasets = map["dataset"].as<std::vector<std::string>>();
-  if (map.count("methods") > 0)
+  if (map.count("methods") > 0) {
     for (const std::string& list : map["methods"].as<std::vector<std::string>>())
       for (const std::string& name : splitList(list))
         result.methods.push_back(name);
+    if (result.methods.empty())
+      throw UsageError("--methods: the value is empty");
+  }
   result.out = values.text("out");
   result.external = values.text("external");
   result.parameters = values.text("parameters");

@@ -15,20 +15,21 @@ namespace {
 struct Maker {
   const char* name;
   bool normals;
+  bool stops; ///< after ParameterRule::max_seconds
   MethodRegistration::Ptr (*make)(const MethodInput&);
 };
 
-constexpr Maker kMakers[] = {{"icp_point_to_point", false, makeIcpPointToPoint},
-                             {"icp_point_to_plane", true, makeIcpPointToPlane},
-                             {"gicp", false, makeGicp},
-                             {"ndt", false, makeNdt},
-                             {"fpfh_ransac", true, makeFpfhRansac},
-                             {"fpfh_sac_ia", true, makeFpfhSacIa},
-                             {"fpcs", false, makeFpcs},
-                             {"kfpcs", false, makeKfpcs},
-                             {"fgr", false, makeFgr},
-                             {"super4pcs", false, makeSuper4pcs},
-                             {"go_icp", false, makeGoIcp}};
+constexpr Maker kMakers[] = {{"icp_point_to_point", false, false, makeIcpPointToPoint},
+                             {"icp_point_to_plane", true, false, makeIcpPointToPlane},
+                             {"gicp", false, false, makeGicp},
+                             {"ndt", false, false, makeNdt},
+                             {"fpfh_ransac", true, false, makeFpfhRansac},
+                             {"fpfh_sac_ia", true, false, makeFpfhSacIa},
+                             {"fpcs", false, true, makeFpcs},
+                             {"kfpcs", false, true, makeKfpcs},
+                             {"fgr", false, false, makeFgr},
+                             {"super4pcs", false, true, makeSuper4pcs},
+                             {"go_icp", false, true, makeGoIcp}};
 
 const Maker&
 makerOf(const std::string& name)
@@ -79,6 +80,12 @@ bool
 needsNormals(const std::string& name)
 {
   return makerOf(name).normals;
+}
+
+bool
+stopsByItself(const std::string& name)
+{
+  return makerOf(name).stops;
 }
 
 MethodRegistration::Ptr

@@ -61,6 +61,10 @@ struct MethodInput {
 bool
 needsNormals(const std::string& name);
 
+/// Whether a Refiner or Global method ends after ParameterRule::max_seconds.
+bool
+stopsByItself(const std::string& name);
+
 /** \brief A Refiner or Global method with its scans and parameters set, ready to align(). Features are computed here.
  * \throw std::invalid_argument for a name that is none
  */

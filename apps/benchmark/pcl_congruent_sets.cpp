@@ -8,6 +8,7 @@
 #include <pcl/registration/ia_fpcs.h>
 #include <pcl/registration/ia_kfpcs.h>
 
+#include <cmath>
 #include <cstdlib>
 
 namespace pcl_ssfr {
@@ -91,7 +92,7 @@ setCommon(Method& method, const MethodInput& input)
 {
   method.setNumberOfThreads(1); // more would draw from one sequence of random numbers in any order
   method.setApproxOverlap(static_cast<float>(input.rule.expected_overlap));
-  method.setMaxComputationTime(static_cast<int>(input.rule.max_seconds));
+  method.setMaxComputationTime(static_cast<int>(std::ceil(input.rule.max_seconds)));
 }
 
 } // namespace

@@ -273,6 +273,17 @@ findScan(const JsonFile& file, const std::string& json_path, const std::string& 
   throw file.wrong(key, "names " + places.front().string() + ", which is no longer there");
 }
 
+/// A scan that was replaced since would be drawn with figures that are not its own. \p scan: "source" or "target"
+void
+checkPoints(const JsonFile& file, const Result& result, const std::string& scan, const io::LoadedCloud& cloud)
+{
+  for (const StageReport& stage : result.stages)
+    if ((stage.name == scan + " thinning" || stage.name == scan + "_normals") && stage.count_in != cloud.points->size())
+      throw file.wrong(scan,
+                       "had " + std::to_string(stage.count_in) + " points when it was registered, and has " +
+                           std::to_string(cloud.points->size()) + " now");
+}
+
 ViewRun
 runOfJson(const ViewArguments& arguments)
 {
@@ -281,6 +292,8 @@ runOfJson(const ViewArguments& arguments)
   const JsonFile file(path);
   ViewRun run;
   run.report.method = file.text(file.root(), "method");
+  if (!findMethod(run.report.method))
+    throw file.wrong("method", "is " + io::inQuotes(run.report.method) + ", which is no method");
   run.report.run.result = resultFromJson(file);
   run.report.run.seconds = file.number(file.root(), "time_s");
   run.report.run.judged = file.has("confidence");
@@ -305,6 +318,8 @@ runOfJson(const ViewArguments& arguments)
   run.report.target = findScan(file, path, "target");
   run.source = io::loadCloud(run.report.source);
   run.target = io::loadCloud(run.report.target);
+  checkPoints(file, run.report.run.result, "source", run.source);
+  checkPoints(file, run.report.run.result, "target", run.target);
   run.reference = sensorOf(run.source);
   return run;
 }
