@@ -71,7 +71,8 @@ namespace pcl_ssfr {
  *
  * **Time limit.** setTimeLimit() bounds the whole of align(), preparation included, but for the copying of the source
  * into the output. When it ends the preparation, the status is Status::TimeLimit, the message names the stage, and the
- * scans that were not ready are prepared anew by the next align().
+ * scans that were not ready are prepared anew by the next align(). When it ends the search, the status is the same, and
+ * getResult() holds the best poses so far; none of them is accepted.
  *
  * **Inherited settings**
  *
