@@ -435,6 +435,30 @@ TEST(Refinement, withoutItTheAnswerIsNearAndJudgedTheSame)
   EXPECT_EQ(registerPair(corridor, options).status, Status::Unobservable);
 }
 
+TEST(OverlapRadius, isBoundedSoThatTheEvidenceStillTells)
+{
+  // Users of ICP set metres. Beyond twice the usual tolerance everything would meet something.
+  const Pair pair = scanPair(makeFurnishedRoom(3), 0, 1, roomScanner(), 97);
+  const auto with = [&pair](double radius) {
+    Options options = makeOptions(Profile::Default);
+    options.overlap_radius = radius;
+    return registerPair(pair, options);
+  };
+  const Result usual = with(0);
+  const Result narrow = with(0.02);
+  const Result far = with(0.3);
+  const Result farther = with(500);
+  ASSERT_TRUE(usual.accepted());
+  EXPECT_LT(narrow.overlap, usual.overlap);
+  EXPECT_GT(far.overlap, usual.overlap);
+  EXPECT_LT(far.overlap, 1);
+  EXPECT_TRUE(far.accepted()) << far.message;
+  EXPECT_THAT(far.T_target_source, IsPoseNear(pair.T_target_source, kDegree, 0.05));
+  EXPECT_EQ(farther.overlap, far.overlap);
+  EXPECT_EQ(farther.confidence, far.confidence);
+  EXPECT_EQ(farther.T_target_source.matrix(), far.T_target_source.matrix());
+}
+
 TEST(Limits, timeRunsOutCleanly)
 {
   const Pair pair = scanPair(makeHall(1), 0, 1, terrestrialScanner(0.0175), 94);
