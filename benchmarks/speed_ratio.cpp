@@ -289,6 +289,21 @@ struct SizeTimes {
   std::vector<StageReport> stages;
 };
 
+/// The same stages, with names that differ: those of a second effort, or of poses that had few votes, are numbered.
+std::vector<StageReport>
+namedApart(std::vector<StageReport> stages)
+{
+  for (std::size_t i = stages.size(); i-- > 0;) {
+    const std::string& name = stages[i].name;
+    const auto before = std::count_if(stages.begin(),
+                                      stages.begin() + static_cast<std::ptrdiff_t>(i),
+                                      [&name](const StageReport& other) { return other.name == name; });
+    if (before > 0)
+      stages[i].name += " " + std::to_string(before + 1);
+  }
+  return stages;
+}
+
 /// Slope of log(seconds) over log(points), least squares.
 double
 growthExponent(const std::vector<double>& points, const std::vector<double>& seconds)
@@ -329,7 +344,7 @@ printScaling(const Settings& settings, const Options& options)
       const double registration =
           medianSeconds(1, [&] { result = registerScans(prepared_source, prepared_target, options); });
       total.push_back(preparation.back() + registration);
-      size.stages = result.stages;
+      size.stages = namedApart(result.stages);
       seconds.resize(result.stages.size());
       for (std::size_t i = 0; i < result.stages.size(); ++i)
         seconds[i].push_back(result.stages[i].seconds);
