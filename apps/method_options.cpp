@@ -161,7 +161,7 @@ std::vector<std::string>
 findUnread(const po::variables_map& values, const Method& method, Profile profile)
 {
   std::vector<const char*> not_read;
-  if (method.kind == MethodKind::Ssfr || method.kind == MethodKind::SsfrRefined) {
+  if (isSsfr(method)) {
     if (profile == Profile::Paper2017)
       not_read = {"min-confidence", "refine", "no-refine"};
   }
@@ -270,14 +270,15 @@ readMethodOptions(const po::variables_map& values)
   if (!findMethod(result.method))
     throw UsageError("--method: " + io::inQuotes(result.method) + " is not one of " + methodNames());
   const Profile profile = chooseProfile(values, result.method);
+  const Method& method = *findMethod(result.method); // the profile may have chosen another
   if (values.count("guess-tolerance")) {
     if (!values.count("guess"))
       throw UsageError("--guess-tolerance needs --guess");
-    if (profile != Profile::Default || result.method.rfind(kDefaultMethod, 0) != 0)
+    if (profile != Profile::Default || !isSsfr(method))
       throw UsageError("--guess-tolerance is not read by --method " + result.method);
   }
   result.options = chooseOptions(values, profile);
-  result.unread = findUnread(values, *findMethod(result.method), profile);
+  result.unread = findUnread(values, method, profile);
   return result;
 }
 

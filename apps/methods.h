@@ -33,10 +33,11 @@ struct MethodSettings {
 
 /** \brief Run a method on two clouds. The poses of the result map source file coordinates to target file coordinates,
  * computed in double whatever the offsets of the clouds.
- * \param[in] options of ssfr; leaf, normal_radius, overlap_radius, time_limit and threads, where they are set, go
- * before the rule for the other methods too \param[in] guess in file coordinates; the refiners of PCL start there (or
- * at the identity), ssfr judges it as one more candidate, the other global methods do not read it \throw
- * std::invalid_argument for a name that methods() does not list or options that are out of range
+ * \param[in] options of ssfr. leaf, normal_radius, overlap_radius, time_limit and threads, where they are set, go
+ * before the rule for the other methods too.
+ * \param[in] guess in file coordinates; the refiners of PCL start there (or at the identity), ssfr judges it as one
+ * more candidate, the other global methods do not read it
+ * \throw std::invalid_argument for a name that methods() does not list or options that are out of range
  */
 MethodRun
 runMethod(const std::string& name,

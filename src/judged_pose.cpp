@@ -31,10 +31,11 @@ rate(JudgedPose& pose, const SurfaceEvidence& evidence)
 }
 
 void
-sortByScore(std::vector<JudgedPose>& poses)
+sortByScore(std::vector<JudgedPose>& poses, std::size_t first)
 {
-  std::stable_sort(
-      poses.begin(), poses.end(), [](const JudgedPose& a, const JudgedPose& b) { return a.score > b.score; });
+  std::stable_sort(poses.begin() + static_cast<std::ptrdiff_t>(first),
+                   poses.end(),
+                   [](const JudgedPose& a, const JudgedPose& b) { return a.score > b.score; });
 }
 
 double

@@ -9,6 +9,7 @@
 
 #include <Eigen/Geometry>
 
+#include <cstddef>
 #include <optional>
 #include <vector>
 
@@ -29,9 +30,9 @@ struct JudgedPose {
 void
 rate(JudgedPose& pose, const SurfaceEvidence& evidence);
 
-/// Best score first; equal scores keep their order.
+/// Best score first, from the pose \p first on; equal scores keep their order.
 void
-sortByScore(std::vector<JudgedPose>& poses);
+sortByScore(std::vector<JudgedPose>& poses, std::size_t first = 0);
 
 /// How far one pose lies from another: at \p place of the source [m].
 double

@@ -385,6 +385,13 @@ private:
   keepDistinct(std::vector<JudgedPose> poses, std::size_t most) const
   {
     sortByScore(poses);
+    return firstDistinct(poses, most);
+  }
+
+  /// The poses that are none of those before them, at most \p most.
+  std::vector<JudgedPose>
+  firstDistinct(const std::vector<JudgedPose>& poses, std::size_t most) const
+  {
     std::vector<JudgedPose> distinct;
     for (const JudgedPose& pose : poses) {
       if (distinct.size() >= most)
@@ -500,16 +507,8 @@ private:
     if (is_new[best] && !outOfTime() && options_.refine)
       searchBeside(poses.front());
     // Polished, rivals may have changed their order, or turned out to be the same pose.
-    const JudgedPose first = poses.front();
-    poses.erase(std::remove_if(poses.begin(),
-                               poses.end(),
-                               [&](const JudgedPose& pose) {
-                                 return pair_.isSamePlace(pose.T_target_source, first.T_target_source);
-                               }),
-                poses.end());
-    const std::size_t rivals = poses.size();
-    poses = keepDistinct(std::move(poses), rivals);
-    poses.insert(poses.begin(), first);
+    sortByScore(poses, 1);
+    poses = firstDistinct(poses, poses.size());
     report("polish", points, static_cast<std::uint64_t>(poses.front().polish->matches));
   }
 

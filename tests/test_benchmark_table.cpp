@@ -385,6 +385,23 @@ TEST_F(Store, rowsAreOnTheDiskAtOnceAndAreKept)
   EXPECT_FALSE(again.contains(rowKey("d", 2, {}, "ssfr")));
 }
 
+TEST_F(Store, aRowIsFoundAgainWhateverItsDatasetIsCalled)
+{
+  const std::vector<std::string> names{"two\nlines", "a\ttab", " blanks ", "comma, \"quote\""};
+  {
+    ResultsStore store(out(), settings(), false);
+    for (const std::string& name : names) {
+      ResultRow named = row(0);
+      named.dataset = name;
+      store.append(named);
+    }
+  }
+  const ResultsStore again(out(), settings(), true);
+  for (const std::string& name : names)
+    EXPECT_TRUE(again.contains(rowKey(name, 0, {}, "ssfr"))) << name;
+  EXPECT_FALSE(again.contains(rowKey("other", 0, {}, "ssfr")));
+}
+
 TEST_F(Store, aTornLastLineIsDroppedAndWrittenAgain)
 {
   {

@@ -34,6 +34,13 @@ struct Method {
   std::string refiner; ///< of SsfrRefined: the method that follows
 };
 
+/// Whether a method judges its answer as ssfr does: ssfr alone, or with a refiner after it.
+inline bool
+isSsfr(const Method& method)
+{
+  return method.kind == MethodKind::Ssfr || method.kind == MethodKind::SsfrRefined;
+}
+
 /// All methods, in the order of the help and of reports.
 const std::vector<Method>&
 methods();

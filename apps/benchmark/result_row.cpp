@@ -228,9 +228,10 @@ rowFromCsv(std::string_view line)
 std::string
 rowKey(const std::string& dataset, std::size_t pair, const Variation& variation, const std::string& method)
 {
-  return dataset + '\n' + std::to_string(pair) + '\n' + number(variation.resolution_m) + '\n' +
+  // Names as the file holds them: a folder's may have line ends.
+  return io::csvField(dataset) + '\n' + std::to_string(pair) + '\n' + number(variation.resolution_m) + '\n' +
          number(variation.noise_m) + '\n' + number(variation.outliers) + '\n' + number(variation.overlap) + '\n' +
-         toString(variation.perturbation) + '\n' + method;
+         toString(variation.perturbation) + '\n' + io::csvField(method);
 }
 
 std::string

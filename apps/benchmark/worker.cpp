@@ -210,7 +210,7 @@ answerMethod(const Json& request, const Reply& reply)
   settings.seed = pair_request.seed;
   Options options = name == "ssfr_paper2017" ? settings.rule.paper2017 : Options();
   const Method* method = findMethod(name);
-  if (method && method->kind != MethodKind::Refiner && method->kind != MethodKind::Global && name != "ssfr_paper2017")
+  if (method && isSsfr(*method) && name != "ssfr_paper2017")
     options = settings.rule.ssfr;
   options.threads = request.at("threads").get<unsigned>();
   if (!pair_request.sensor_at_origin)

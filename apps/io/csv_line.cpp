@@ -56,13 +56,19 @@ splitCsvLine(std::string_view line)
   return fields;
 }
 
+bool
+isControl(char letter)
+{
+  return static_cast<unsigned char>(letter) < ' ' || letter == '\x7f';
+}
+
 std::string
 csvField(std::string_view text)
 {
   std::string clean;
   bool quote = false;
   for (const char c : text) {
-    clean += static_cast<unsigned char>(c) < ' ' || c == '\x7f' ? ' ' : c;
+    clean += isControl(c) ? ' ' : c;
     quote = quote || c == ',' || c == '"';
   }
   if (!quote && trimmed(clean) == clean)

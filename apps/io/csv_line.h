@@ -16,6 +16,10 @@ namespace io {
 std::vector<std::string>
 splitCsvLine(std::string_view line);
 
+/// Whether a letter is a line end or another control character, which a field does not keep.
+bool
+isControl(char letter);
+
 /// \p text as one field: quoted when it must be, with every line end and other control character as a blank.
 std::string
 csvField(std::string_view text);

@@ -155,8 +155,7 @@ readDescription(const std::string& path, DatasetFolder& dataset)
   if (!json.is_object())
     throw IoError(path + ": is not a JSON object");
   dataset.name = textValue(json, "name", dataset.name, path);
-  const auto is_control = [](unsigned char letter) { return letter < ' ' || letter == 0x7f; };
-  if (dataset.name.empty() || std::any_of(dataset.name.begin(), dataset.name.end(), is_control))
+  if (dataset.name.empty() || std::any_of(dataset.name.begin(), dataset.name.end(), isControl))
     throw IoError(path + ": name: " + json["name"].dump() + " is empty or holds more than a line");
   dataset.sensor = textValue(json, "sensor", "", path);
   dataset.note = textValue(json, "note", "", path);

@@ -95,7 +95,7 @@ bool
 ViewModel::isOwnMethod() const
 {
   const Method* method = findMethod(run_.report.method);
-  return method && (method->kind == MethodKind::Ssfr || method->kind == MethodKind::SsfrRefined);
+  return method && isSsfr(*method);
 }
 
 const ViewedPose*

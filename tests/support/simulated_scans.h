@@ -154,6 +154,19 @@ registerPosedScans(const PosedScan& source,
   return outcome;
 }
 
+/// No two candidates are one pose. \p what: for messages
+inline void
+expectDistinctCandidates(const Result& result, const std::string& what)
+{
+  for (std::size_t i = 0; i < result.candidates.size(); ++i)
+    for (std::size_t k = 0; k < i; ++k) {
+      const Eigen::Isometry3d& one = result.candidates[i].T_target_source;
+      const Eigen::Isometry3d& other = result.candidates[k].T_target_source;
+      const double apart = (one * result.source_viewpoint - other * result.source_viewpoint).norm();
+      EXPECT_TRUE(apart > 0.29 || poseError(one, other).rotation > 0.049) << what << ": " << i << " is " << k;
+    }
+}
+
 /// Status, message, and score, overlap and contradiction of the candidates, for the messages of tests.
 inline std::string
 describe(const Result& result)
