@@ -2,6 +2,7 @@
 // Copyright (c) 2026, pcl_ssfr contributors
 
 #include <apps/align_options.h>
+
 #include <apps/io/loaded_cloud.h>
 #include <apps/io/text_scanner.h>
 #include <apps/method_options.h>

@@ -2,6 +2,7 @@
 // Copyright (c) 2026, pcl_ssfr contributors
 
 #include <apps/drawing.h>
+
 #include <apps/io/io_error.h>
 
 #include <array>

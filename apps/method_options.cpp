@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
-#include <apps/io/text_scanner.h>
 #include <apps/method_options.h>
+
+#include <apps/io/text_scanner.h>
 #include <apps/methods.h>
 #include <apps/usage_error.h>
 

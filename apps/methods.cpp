@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
-#include <apps/benchmark/pair_input.h>
 #include <apps/methods.h>
 
-#include <pcl_ssfr/neighbor_index.h>
-#include <pcl_ssfr/overlap.h>
+#include "judgement/overlap.h"
+#include "preparation/neighbor_index.h"
+
 #include <pcl_ssfr/pipeline.h>
 #include <pcl_ssfr/scan_view.h>
+
+#include <apps/benchmark/pair_input.h>
 
 #include <pcl/features/normal_3d_omp.h>
 #include <pcl/search/kdtree.h>

@@ -3,11 +3,11 @@
 
 #pragma once
 
-#include <apps/benchmark/method_registry.h>
-#include <apps/io/loaded_cloud.h>
-
 #include <pcl_ssfr/options.h>
 #include <pcl_ssfr/result.h>
+
+#include <apps/benchmark/method_registry.h>
+#include <apps/io/loaded_cloud.h>
 
 #include <Eigen/Geometry>
 

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
-#include <apps/json_values.h>
 #include <apps/options_json.h>
+
+#include <apps/json_values.h>
 
 #include <array>
 #include <stdexcept>

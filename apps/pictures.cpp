@@ -2,6 +2,7 @@
 // Copyright (c) 2026, pcl_ssfr contributors
 
 #include <apps/pictures.h>
+
 #include <apps/scene_drawing.h>
 
 #include <array>

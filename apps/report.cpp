@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
-#include <apps/format_text.h>
-#include <apps/json_values.h>
-#include <apps/options_json.h>
 #include <apps/report.h>
 
 #include <pcl_ssfr/version.h>
+
+#include <apps/format_text.h>
+#include <apps/json_values.h>
+#include <apps/options_json.h>
 
 #include <sys/resource.h>
 

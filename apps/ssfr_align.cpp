@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
+#include <pcl_ssfr/version.h>
+
 #include <apps/align_options.h>
 #include <apps/io/file_bytes.h>
 #include <apps/io/transform_file.h>
 #include <apps/pictures.h>
 #include <apps/program_main.h>
 #include <apps/report.h>
-
-#include <pcl_ssfr/version.h>
 
 #include <pcl/console/print.h>
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
+#include <pcl_ssfr/version.h>
+
 #include <apps/benchmark/benchmark_run.h>
 #include <apps/benchmark/worker.h>
 #include <apps/program_main.h>
-
-#include <pcl_ssfr/version.h>
 
 #include <pcl/console/print.h>
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
+#include <pcl_ssfr/version.h>
+
 #include <apps/simulation/scene_pictures.h>
 #include <apps/simulation/simulate_options.h>
 #include <apps/simulation/simulation_error.h>
 #include <apps/simulation/simulation_report.h>
-
-#include <pcl_ssfr/version.h>
 
 #include <chrono>
 #include <iostream>

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
+#include <pcl_ssfr/version.h>
+
 #include <apps/io/io_error.h>
 #include <apps/program_main.h>
 #include <apps/view/view_model.h>
@@ -8,8 +10,6 @@
 #include <apps/view/view_pictures.h>
 #include <apps/view/view_text.h>
 #include <apps/view/view_window.h>
-
-#include <pcl_ssfr/version.h>
 
 #include <pcl/console/print.h>
 

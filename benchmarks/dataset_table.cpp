@@ -5,13 +5,12 @@
 
 #include "cloud_views.h"
 #include "pair_variants.h"
+#include "profiles/patch_profile.h"
 #include "scan_loader.h"
-
-#include <apps/io/dataset_folder.h>
 
 #include <pcl_ssfr/pipeline.h>
 
-#include <pcl_ssfr/patch_profile.h>
+#include <apps/io/dataset_folder.h>
 
 #include <pcl/features/normal_3d_omp.h>
 #include <pcl/point_types.h>

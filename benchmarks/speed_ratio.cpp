@@ -10,9 +10,9 @@
 #include "synthetic_scene.h"
 #include "timing.h"
 
-#include <apps/io/dataset_folder.h>
-
 #include <pcl_ssfr/pipeline.h>
+
+#include <apps/io/dataset_folder.h>
 
 #include <pcl/features/normal_3d_omp.h>
 #include <pcl/registration/icp.h>

@@ -5,12 +5,12 @@
 // `stage_benchmarks --benchmark_filter=thinning`; its other options: --help. Where PCL has a counterpart, the counter
 // over_pcl is our processor time over PCL's for the same work, in the same run. One thread, unless the name tells more.
 
+#include "profiles/paper_profile.h"
+#include "profiles/patch_profile.h"
 #include "scan_views.h"
 #include "synthetic_scene.h"
 
 #include <pcl_ssfr/baselines/fast_global_registration.h>
-#include <pcl_ssfr/paper_profile.h>
-#include <pcl_ssfr/patch_profile.h>
 #include <pcl_ssfr/pipeline.h>
 
 #include <pcl/features/normal_3d_omp.h>

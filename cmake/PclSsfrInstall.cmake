@@ -4,13 +4,18 @@ include(CMakePackageConfigHelpers)
 
 set(pcl_ssfr_config_dir "${CMAKE_INSTALL_LIBDIR}/cmake/pcl_ssfr")
 
-install(TARGETS pcl_ssfr pcl_ssfr_baselines EXPORT pcl_ssfrTargets
+set(pcl_ssfr_installed pcl_ssfr)
+if(PCL_SSFR_BUILD_BASELINES)
+  list(APPEND pcl_ssfr_installed pcl_ssfr_baselines)
+endif()
+install(TARGETS ${pcl_ssfr_installed} EXPORT pcl_ssfrTargets
         ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}"
         LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}"
         RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}")
 install(DIRECTORY "${PROJECT_SOURCE_DIR}/include/pcl_ssfr" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}"
         FILES_MATCHING PATTERN "*.h" PATTERN "*.hpp")
-install(FILES "${PROJECT_BINARY_DIR}/include/pcl_ssfr/version.h" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/pcl_ssfr")
+install(FILES "${PROJECT_BINARY_DIR}/include/pcl_ssfr/export.h" "${PROJECT_BINARY_DIR}/include/pcl_ssfr/version.h"
+        DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/pcl_ssfr")
 
 install(EXPORT pcl_ssfrTargets NAMESPACE pcl_ssfr:: DESTINATION "${pcl_ssfr_config_dir}")
 # A static library hands its private dependencies on to whoever links it.

@@ -10,3 +10,21 @@ function(pcl_ssfr_configure_target target)
     target_compile_options(${target} PRIVATE -Werror)
   endif()
 endfunction()
+
+# pcl_ssfr_add_library(name sources...): the library that is installed, which shows what is exported and nothing else,
+# and name_internal, the same objects as a static library for the programs and tests of this project, which use stages
+# that users do not see. Sources are compiled once, as name_objects.
+function(pcl_ssfr_add_library name)
+  add_library(${name}_objects OBJECT ${ARGN})
+  add_library(${name} "$<TARGET_OBJECTS:${name}_objects>")
+  add_library(${name}_internal STATIC EXCLUDE_FROM_ALL "$<TARGET_OBJECTS:${name}_objects>")
+  foreach(library ${name}_objects ${name} ${name}_internal)
+    pcl_ssfr_configure_target(${library})
+    set_target_properties(${library} PROPERTIES LINKER_LANGUAGE CXX)
+  endforeach()
+  set_target_properties(${name}_objects PROPERTIES
+    POSITION_INDEPENDENT_CODE ON CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
+  # While the major version is 0, every minor one may change the binary interface.
+  set_target_properties(${name} PROPERTIES
+    VERSION ${PROJECT_VERSION} SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
+endfunction()

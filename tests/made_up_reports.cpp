@@ -4,6 +4,7 @@
 // Writes reports of made-up results below a folder: what report_browser_test.py opens.
 
 #include <apps/benchmark/report_html.h>
+
 #include <made_up_results.h>
 
 #include <filesystem>

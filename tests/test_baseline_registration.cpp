@@ -3,12 +3,12 @@
 
 // What the comparison methods promise as pcl::Registration, whatever they compute.
 
+#include "pcl_clouds.h"
+#include "pose_matchers.h"
+
 #include <pcl_ssfr/baselines/fast_global_registration.h>
 #include <pcl_ssfr/baselines/go_icp.h>
 #include <pcl_ssfr/baselines/super4pcs.h>
-
-#include "pcl_clouds.h"
-#include "pose_matchers.h"
 
 #include <pcl/console/print.h>
 

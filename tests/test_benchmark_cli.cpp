@@ -4,14 +4,15 @@
 // ssfr_benchmark as its users run it. PCL_SSFR_BENCHMARK is the path of the program, PCL_SSFR_MPIRUN of mpirun or
 // empty.
 
+#include "preparation/thinning.h"
+
 #include <apps/benchmark/benchmark_plan.h>
 #include <apps/benchmark/result_row.h>
 #include <apps/io/dataset_folder.h>
 #include <apps/io/file_bytes.h>
 #include <apps/io/transform_file.h>
-#include <io_testing.h>
 
-#include <pcl_ssfr/thinning.h>
+#include <io_testing.h>
 
 #include <gmock/gmock.h>
 #include <nlohmann/json.hpp>

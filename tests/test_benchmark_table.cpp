@@ -10,6 +10,7 @@
 #include <apps/io/csv_line.h>
 #include <apps/io/dataset_folder.h>
 #include <apps/io/file_bytes.h>
+
 #include <io_testing.h>
 
 #include <gmock/gmock.h>

@@ -7,6 +7,7 @@
 #include <apps/io/file_bytes.h>
 #include <apps/io/transform_file.h>
 #include <apps/methods.h>
+
 #include <io_testing.h>
 
 #include <gmock/gmock.h>

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
-#include <pcl_ssfr/confidence.h>
-#include <pcl_ssfr/options.h>
-
+#include "judgement/confidence.h"
 #include "synthetic_scene.h"
+
+#include <pcl_ssfr/options.h>
 
 #include <gtest/gtest.h>
 

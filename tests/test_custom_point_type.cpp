@@ -5,10 +5,10 @@
 
 #define PCL_NO_PRECOMPILE
 
-#include <pcl_ssfr/structured_scene_registration.h>
-
 #include "pcl_clouds.h"
 #include "pose_matchers.h"
+
+#include <pcl_ssfr/structured_scene_registration.h>
 
 #include <pcl/register_point_struct.h>
 

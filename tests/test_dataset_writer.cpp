@@ -9,6 +9,7 @@
 #include <apps/io/text_scanner.h>
 #include <apps/simulation/dataset_writer.h>
 #include <apps/simulation/progress.h>
+
 #include <io_testing.h>
 
 #include <gmock/gmock.h>

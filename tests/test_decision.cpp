@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
-#include "decision.h"
+#include "judgement/decision.h"
 #include "made_up_matches.h"
 #include "patch_scenes.h"
 

@@ -3,9 +3,9 @@
 
 // The same input gives the same bits: for any number of threads, and run after run in one process.
 
-#include <pcl_ssfr/structured_scene_registration.h>
-
 #include "pcl_clouds.h"
+
+#include <pcl_ssfr/structured_scene_registration.h>
 
 #include <gtest/gtest.h>
 

@@ -2,7 +2,6 @@
 // Copyright (c) 2026, pcl_ssfr contributors
 
 #include "baselines/distance_transform.h"
-
 #include "synthetic_scene.h"
 
 #include <gtest/gtest.h>

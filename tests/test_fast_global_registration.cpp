@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
-#include <pcl_ssfr/baselines/fast_global_registration.h>
-
 #include "baselines/fast_global_pose.h"
 #include "baselines/fpfh_features.h"
 #include "pose_matchers.h"
 #include "scan_views.h"
 #include "synthetic_scene.h"
+
+#include <pcl_ssfr/baselines/fast_global_registration.h>
 
 #include <gtest/gtest.h>
 

@@ -3,9 +3,9 @@
 
 // The search tree that is built when it is first asked, against brute force and against PCL's own.
 
-#include <pcl_ssfr/finite_query_kdtree.h>
-
 #include "synthetic_scene.h"
+
+#include <pcl_ssfr/detail/finite_query_kdtree.h>
 
 #include <pcl/point_types.h>
 

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
-#include <pcl_ssfr/baselines/go_icp_core.h>
-
 #include "baselines/deadline.h"
 #include "baselines/go_icp_branch_and_bound.h"
 #include "baselines/go_icp_problem.h"
 #include "baselines/point_tree.h"
 #include "synthetic_scene.h"
+
+#include <pcl_ssfr/baselines/go_icp_core.h>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -3,9 +3,9 @@
 
 // Go-ICP as a pcl::Registration; what it computes is tested in test_go_icp.cpp.
 
-#include <pcl_ssfr/baselines/go_icp.h>
-
 #include "synthetic_scene.h"
+
+#include <pcl_ssfr/baselines/go_icp.h>
 
 #include <pcl/console/print.h>
 #include <pcl/memory.h>

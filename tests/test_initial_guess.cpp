@@ -3,10 +3,10 @@
 
 // SSFR as the initial guess of PCL's ICP, GICP and NDT: on pairs where each of them alone fails from identity.
 
-#include <pcl_ssfr/structured_scene_registration.h>
-
 #include "pcl_clouds.h"
 #include "pose_matchers.h"
+
+#include <pcl_ssfr/structured_scene_registration.h>
 
 #include <pcl/common/transforms.h>
 #include <pcl/filters/voxel_grid.h>

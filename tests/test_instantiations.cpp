@@ -3,10 +3,10 @@
 
 // Every precompiled instantiation links and works; no template code of the class is compiled here.
 
-#include <pcl_ssfr/structured_scene_registration.h>
-
 #include "pcl_clouds.h"
 #include "pose_matchers.h"
+
+#include <pcl_ssfr/structured_scene_registration.h>
 
 #include <gtest/gtest.h>
 

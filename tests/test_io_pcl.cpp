@@ -4,6 +4,7 @@
 // Our PCD and PLY against PCL's own: what PCL writes we read, what we write PCL reads.
 
 #include <apps/io/file_bytes.h>
+
 #include <io_testing.h>
 
 #include <gmock/gmock.h>

@@ -4,6 +4,7 @@
 #include <apps/io/file_bytes.h>
 #include <apps/io/text_scanner.h>
 #include <apps/io/transform_file.h>
+
 #include <io_testing.h>
 
 #include <gmock/gmock.h>

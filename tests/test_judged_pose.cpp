@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
-#include "judged_pose.h"
+#include "judgement/judged_pose.h"
 #include "patch_scenes.h"
 
 #include <gtest/gtest.h>

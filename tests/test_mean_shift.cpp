@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
-#include <pcl_ssfr/mean_shift.h>
-
+#include "directions/mean_shift.h"
 #include "synthetic_scene.h"
 
 #include <gtest/gtest.h>

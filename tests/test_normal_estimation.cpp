@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
-#include <pcl_ssfr/normal_estimation.h>
-
+#include "preparation/normal_estimation.h"
+#include "preparation/voxel_sampling.h"
 #include "scan_views.h"
 #include "synthetic_scene.h"
-#include "voxel_sampling.h"
 
 #include <gtest/gtest.h>
 

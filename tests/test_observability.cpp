@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
-#include <pcl_ssfr/observability.h>
-
+#include "judgement/observability.h"
 #include "made_up_matches.h"
 #include "patch_scenes.h"
 

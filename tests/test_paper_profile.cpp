@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
-#include <pcl_ssfr/paper_profile.h>
-
 #include "pose_matchers.h"
+#include "profiles/paper_profile.h"
 #include "scan_views.h"
 #include "synthetic_scene.h"
 

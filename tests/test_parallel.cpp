@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
-#include "parallel.h"
+#include "common/parallel.h"
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
-#include "patch_pair.h"
 #include "pose_matchers.h"
+#include "profiles/patch_pair.h"
 #include "scan_views.h"
 #include "synthetic_scene.h"
 

@@ -4,11 +4,11 @@
 // StructuredSceneRegistration as a drop-in for pcl::IterativeClosestPoint. What PCL's class promises is tested on both
 // through pcl::Registration::Ptr, ICP being the control; the rest is where ours promises more.
 
-#include <pcl_ssfr/finite_query_kdtree.h>
-#include <pcl_ssfr/structured_scene_registration.h>
-
 #include "pcl_clouds.h"
 #include "pose_matchers.h"
+
+#include <pcl_ssfr/detail/finite_query_kdtree.h>
+#include <pcl_ssfr/structured_scene_registration.h>
 
 #include <pcl/common/transforms.h>
 #include <pcl/registration/icp.h>

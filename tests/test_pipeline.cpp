@@ -3,11 +3,11 @@
 
 // The default profile from end to end, on simulated scenes with exact ground truth.
 
-#include <pcl_ssfr/pipeline.h>
-
 #include "pose_matchers.h"
 #include "scan_views.h"
 #include "synthetic_scene.h"
+
+#include <pcl_ssfr/pipeline.h>
 
 #include <Eigen/Eigenvalues>
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
+#include "common/place_block.h"
 #include "patch_scenes.h"
-#include "place_block.h"
 #include "synthetic_scene.h"
 
 #include <gtest/gtest.h>

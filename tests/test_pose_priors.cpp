@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
-#include "pose_priors.h"
-#include "rotation_math.h"
+#include "common/rotation_math.h"
+#include "judgement/pose_priors.h"
 #include "synthetic_scene.h"
 
 #include <gtest/gtest.h>

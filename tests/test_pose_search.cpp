@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
-#include <pcl_ssfr/pose_search.h>
-
 #include "patch_scenes.h"
 #include "pose_matchers.h"
+#include "search/pose_search.h"
 
 #include <gtest/gtest.h>
 

@@ -5,11 +5,12 @@
 // be solved. To update a row, run scripts/success_table and raise the number; never lower it without a reason in the
 // changelog. Every source is turned by a seeded random rotation about its sensor first.
 
-#include <pcl_ssfr/pipeline.h>
-
 #include "pose_matchers.h"
 #include "scan_views.h"
 #include "synthetic_scene.h"
+
+#include <pcl_ssfr/pipeline.h>
+
 #include <apps/io/loaded_cloud.h>
 
 #include <gtest/gtest.h>

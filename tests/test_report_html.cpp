@@ -5,6 +5,7 @@
 
 #include <apps/benchmark/report_html.h>
 #include <apps/io/file_bytes.h>
+
 #include <io_testing.h>
 #include <made_up_results.h>
 

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
-#include <pcl_ssfr/rotation_candidates.h>
-
 #include "pose_matchers.h"
+#include "search/rotation_candidates.h"
 #include "synthetic_scene.h"
 
 #include <gtest/gtest.h>

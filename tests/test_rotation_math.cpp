@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
-#include "rotation_math.h"
-
+#include "common/rotation_math.h"
 #include "pose_matchers.h"
 #include "synthetic_scene.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
-#include "scene_directions.h"
+#include "directions/scene_directions.h"
 #include "synthetic_scene.h"
 
 #include <gtest/gtest.h>

@@ -8,6 +8,7 @@
 #include <apps/io/loaded_cloud.h>
 #include <apps/simulation/paper_sets.h>
 #include <apps/simulation/simulate_options.h>
+
 #include <io_testing.h>
 
 #include <gmock/gmock.h>

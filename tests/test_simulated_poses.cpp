@@ -4,13 +4,14 @@
 // The truth of a written dataset against its own points: an ICP that knows nothing of the simulator, on dense scans
 // without noise, must find the poses of pairs.csv.
 
+#include "preparation/neighbor_index.h"
+
 #include <apps/io/dataset_folder.h>
 #include <apps/io/loaded_cloud.h>
 #include <apps/simulation/dataset_simulation.h>
+
 #include <io_testing.h>
 #include <pose_matchers.h>
-
-#include <pcl_ssfr/neighbor_index.h>
 
 #include <Eigen/Dense>
 

@@ -4,17 +4,17 @@
 // The default profile on simulated scans with exact truth: the reduced sets of the paper, every source in a randomly
 // turned frame, and the scenes that are made to mislead.
 
+#include "pose_matchers.h"
+#include "scan_views.h"
+
+#include <pcl_ssfr/pipeline.h>
+
 #include <apps/simulation/paper_sets.h>
 #include <apps/simulation/random_stream.h>
 #include <apps/simulation/ray_caster.h>
 #include <apps/simulation/scan_simulation.h>
 
-#include <pcl_ssfr/pipeline.h>
-
 #include <gtest/gtest.h>
-
-#include "pose_matchers.h"
-#include "scan_views.h"
 
 #include <string>
 #include <vector>

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
-#include <pcl_ssfr/baselines/super4pcs.h>
-#include <pcl_ssfr/neighbor_index.h>
-#include <pcl_ssfr/overlap.h>
-
 #include "baselines/congruent_sets.h"
 #include "baselines/lcp_verifier.h"
+#include "judgement/overlap.h"
 #include "pose_matchers.h"
+#include "preparation/neighbor_index.h"
 #include "scan_views.h"
 #include "synthetic_scene.h"
+
+#include <pcl_ssfr/baselines/super4pcs.h>
 
 #include <gtest/gtest.h>
 

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
-#include <pcl_ssfr/thinning.h>
-
 #include "patch_scenes.h"
+#include "preparation/thinning.h"
 
 #include <gtest/gtest.h>
 

@@ -11,6 +11,7 @@
 #include <apps/usage_error.h>
 #include <apps/view/view_model.h>
 #include <apps/view/view_options.h>
+
 #include <io_testing.h>
 
 #include <cairo.h>

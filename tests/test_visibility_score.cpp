@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
-#include <pcl_ssfr/visibility_score.h>
-
+#include "judgement/visibility_score.h"
 #include "patch_scenes.h"
 
 #include <gtest/gtest.h>

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
-#include <apps/benchmark/pcl_methods.h>
-
 #include <pcl_ssfr/baselines/fast_global_registration.h>
 #include <pcl_ssfr/baselines/go_icp.h>
 #include <pcl_ssfr/baselines/super4pcs.h>
+
+#include <apps/benchmark/pcl_methods.h>
 
 namespace pcl_ssfr {
 namespace apps {

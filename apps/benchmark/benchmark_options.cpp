@@ -2,6 +2,7 @@
 // Copyright (c) 2026, pcl_ssfr contributors
 
 #include <apps/benchmark/benchmark_options.h>
+
 #include <apps/benchmark/method_registry.h>
 #include <apps/io/text_scanner.h>
 

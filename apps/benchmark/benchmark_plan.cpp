@@ -2,10 +2,11 @@
 // Copyright (c) 2026, pcl_ssfr contributors
 
 #include <apps/benchmark/benchmark_plan.h>
-#include <apps/benchmark/result_row.h>
-#include <apps/io/file_bytes.h>
 
 #include <pcl_ssfr/version.h>
+
+#include <apps/benchmark/result_row.h>
+#include <apps/io/file_bytes.h>
 
 #include <algorithm>
 #include <array>

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
-#include <apps/benchmark/benchmark_plan.h>
 #include <apps/benchmark/benchmark_run.h>
+
+#include <apps/benchmark/benchmark_plan.h>
 #include <apps/benchmark/mpi_ranks.h>
 #include <apps/benchmark/pair_runner.h>
 #include <apps/benchmark/progress.h>

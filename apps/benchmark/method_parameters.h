@@ -3,9 +3,10 @@
 
 #pragma once
 
+#include "preparation/thinning.h"
+
 #include <pcl_ssfr/options.h>
 #include <pcl_ssfr/scan_view.h>
-#include <pcl_ssfr/thinning.h>
 
 #include <nlohmann/json.hpp>
 

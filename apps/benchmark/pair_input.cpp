@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
-#include <apps/benchmark/measures.h>
 #include <apps/benchmark/pair_input.h>
+
+#include "preparation/neighbor_index.h"
+#include "preparation/thinning.h"
+
+#include <apps/benchmark/measures.h>
 #include <apps/benchmark/pair_truth.h>
 #include <apps/io/transform_file.h>
 #include <apps/simulation/random_stream.h>
-
-#include <pcl_ssfr/neighbor_index.h>
-#include <pcl_ssfr/thinning.h>
 
 #include <algorithm>
 #include <cmath>

@@ -3,10 +3,10 @@
 
 #pragma once
 
+#include <pcl_ssfr/scan_view.h>
+
 #include <apps/io/loaded_cloud.h>
 #include <apps/json_values.h>
-
-#include <pcl_ssfr/scan_view.h>
 
 #include <nlohmann/json.hpp>
 

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
-#include <apps/benchmark/method_parameters.h>
 #include <apps/benchmark/pair_truth.h>
 
-#include <pcl_ssfr/neighbor_index.h>
+#include "preparation/neighbor_index.h"
+
+#include <apps/benchmark/method_parameters.h>
 
 #include <algorithm>
 #include <limits>

@@ -2,6 +2,7 @@
 // Copyright (c) 2026, pcl_ssfr contributors
 
 #include <apps/benchmark/report_html.h>
+
 #include <apps/io/file_bytes.h>
 
 #include <algorithm>

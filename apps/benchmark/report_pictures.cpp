@@ -3,7 +3,7 @@
 
 #include <apps/benchmark/report_pictures.h>
 
-#include <pcl_ssfr/thinning.h>
+#include "preparation/thinning.h"
 
 #include <algorithm>
 #include <cmath>

@@ -2,6 +2,7 @@
 // Copyright (c) 2026, pcl_ssfr contributors
 
 #include <apps/benchmark/result_row.h>
+
 #include <apps/io/csv_line.h>
 #include <apps/io/text_scanner.h>
 #include <apps/io/transform_file.h>

@@ -2,6 +2,7 @@
 // Copyright (c) 2026, pcl_ssfr contributors
 
 #include <apps/benchmark/summary_files.h>
+
 #include <apps/format_text.h>
 #include <apps/io/file_bytes.h>
 #include <apps/json_values.h>

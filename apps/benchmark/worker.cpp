@@ -2,6 +2,7 @@
 // Copyright (c) 2026, pcl_ssfr contributors
 
 #include <apps/benchmark/worker.h>
+
 #include <apps/io/pcd_format.h>
 #include <apps/json_values.h>
 

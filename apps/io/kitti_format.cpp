@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
-#include <apps/io/file_bytes.h>
 #include <apps/io/kitti_format.h>
+
+#include <apps/io/file_bytes.h>
 
 #include <algorithm>
 #include <cmath>

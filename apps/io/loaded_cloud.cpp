@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
+#include <apps/io/loaded_cloud.h>
+
 #include <apps/io/file_bytes.h>
 #include <apps/io/kitti_format.h>
 #include <apps/io/las_format.h>
-#include <apps/io/loaded_cloud.h>
 #include <apps/io/pcd_format.h>
 #include <apps/io/ply_format.h>
 #include <apps/io/ptx_format.h>

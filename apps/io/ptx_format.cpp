@@ -2,6 +2,7 @@
 // Copyright (c) 2026, pcl_ssfr contributors
 
 #include <apps/io/ptx_format.h>
+
 #include <apps/io/text_scanner.h>
 
 #include <Eigen/Geometry>

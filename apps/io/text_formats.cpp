@@ -2,6 +2,7 @@
 // Copyright (c) 2026, pcl_ssfr contributors
 
 #include <apps/io/text_formats.h>
+
 #include <apps/io/text_scanner.h>
 
 #include <algorithm>

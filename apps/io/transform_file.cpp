@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
+#include <apps/io/transform_file.h>
+
 #include <apps/io/file_bytes.h>
 #include <apps/io/text_scanner.h>
-#include <apps/io/transform_file.h>
 
 #include <Eigen/SVD>
 

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
-#include <apps/io/io_error.h>
 #include <apps/simulation/dataset_simulation.h>
+
+#include <pcl_ssfr/version.h>
+
+#include <apps/io/io_error.h>
 #include <apps/simulation/random_stream.h>
 #include <apps/simulation/ray_caster.h>
 #include <apps/simulation/scan_simulation.h>
 #include <apps/simulation/simulation_error.h>
-
-#include <pcl_ssfr/version.h>
 
 #include <nlohmann/json.hpp>
 

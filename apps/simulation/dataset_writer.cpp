@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
-#include <apps/io/io_error.h>
 #include <apps/simulation/dataset_writer.h>
+
+#include <apps/io/io_error.h>
 
 #include <csignal>
 #include <fcntl.h>

@@ -2,6 +2,7 @@
 // Copyright (c) 2026, pcl_ssfr contributors
 
 #include <apps/simulation/mesh_file.h>
+
 #include <apps/simulation/simulation_error.h>
 
 #include <assimp/Importer.hpp>

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
-#include <apps/io/io_error.h>
 #include <apps/simulation/paper_sets.h>
+
+#include <apps/io/io_error.h>
 #include <apps/simulation/simulation_error.h>
 
 #include <algorithm>

@@ -2,6 +2,7 @@
 // Copyright (c) 2026, pcl_ssfr contributors
 
 #include <apps/simulation/ray_caster.h>
+
 #include <apps/simulation/simulation_error.h>
 
 #include <embree3/rtcore.h>

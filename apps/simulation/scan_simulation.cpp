@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
-#include <apps/simulation/random_stream.h>
 #include <apps/simulation/scan_simulation.h>
+
+#include <apps/simulation/random_stream.h>
 #include <apps/simulation/simulation_error.h>
 
 #include <omp.h>

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
+#include <apps/simulation/scene_pictures.h>
+
 #include <apps/drawing.h>
 #include <apps/io/io_error.h>
 #include <apps/simulation/ray_caster.h>
-#include <apps/simulation/scene_pictures.h>
 
 #include <omp.h>
 

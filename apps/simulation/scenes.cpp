@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
+#include <apps/simulation/scenes.h>
+
 #include <apps/simulation/footprint.h>
 #include <apps/simulation/mesh_file.h>
 #include <apps/simulation/random_stream.h>
 #include <apps/simulation/ray_caster.h>
 #include <apps/simulation/scene_makers.h>
 #include <apps/simulation/scene_parts.h>
-#include <apps/simulation/scenes.h>
 #include <apps/simulation/simulation_error.h>
 
 #include <algorithm>

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
-#include <apps/simulation/sensor_fields.h>
 #include <apps/simulation/sensor_model.h>
+
+#include <apps/simulation/sensor_fields.h>
 #include <apps/simulation/simulation_error.h>
 
 #include <Eigen/Geometry>

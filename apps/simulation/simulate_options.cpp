@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
+#include <apps/simulation/simulate_options.h>
+
 #include <apps/io/io_error.h>
 #include <apps/io/text_scanner.h>
 #include <apps/simulation/paper_sets.h>
-#include <apps/simulation/simulate_options.h>
 
 #include <boost/program_options.hpp>
 

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
-#include <apps/format_text.h>
 #include <apps/simulation/simulation_report.h>
 
 #include <pcl_ssfr/version.h>
+
+#include <apps/format_text.h>
 
 #include <algorithm>
 #include <limits>

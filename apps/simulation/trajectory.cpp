@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
+#include <apps/simulation/trajectory.h>
+
 #include <apps/simulation/random_stream.h>
 #include <apps/simulation/simulation_error.h>
-#include <apps/simulation/trajectory.h>
 
 #include <algorithm>
 #include <array>

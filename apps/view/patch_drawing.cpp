@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
-#include <apps/chart.h>
 #include <apps/view/patch_drawing.h>
+
+#include <apps/chart.h>
 
 #include <algorithm>
 #include <cmath>

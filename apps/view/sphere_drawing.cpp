@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
-#include <apps/chart.h>
 #include <apps/view/sphere_drawing.h>
 
+#include "preparation/range_image.h"
+
 #include <pcl_ssfr/options.h>
-#include <pcl_ssfr/range_image.h>
+
+#include <apps/chart.h>
 
 #include <algorithm>
 #include <array>

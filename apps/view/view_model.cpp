@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
+#include <apps/view/view_model.h>
+
 #include <apps/benchmark/pair_input.h>
 #include <apps/format_text.h>
-#include <apps/view/view_model.h>
 
 #include <algorithm>
 #include <cmath>

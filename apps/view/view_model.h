@@ -3,10 +3,10 @@
 
 #pragma once
 
-#include <apps/view/view_run.h>
+#include "profiles/paper_profile.h"
+#include "profiles/patch_profile.h"
 
-#include <pcl_ssfr/paper_profile.h>
-#include <pcl_ssfr/patch_profile.h>
+#include <apps/view/view_run.h>
 
 #include <array>
 #include <optional>

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
+#include <apps/view/view_options.h>
+
 #include <apps/io/loaded_cloud.h>
 #include <apps/usage_error.h>
-#include <apps/view/view_options.h>
 
 #include <boost/program_options.hpp>
 

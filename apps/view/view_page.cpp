@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
+#include <pcl_ssfr/version.h>
+
 #include <apps/io/file_bytes.h>
 #include <apps/view/view_pictures.h>
 #include <apps/view/view_text.h>
-
-#include <pcl_ssfr/version.h>
 
 #include <filesystem>
 

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
+#include <apps/view/view_pictures.h>
+
 #include <apps/chart.h>
 #include <apps/view/patch_drawing.h>
 #include <apps/view/sphere_drawing.h>
-#include <apps/view/view_pictures.h>
 #include <apps/view/view_text.h>
 
 #include <algorithm>

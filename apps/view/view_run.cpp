@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
+#include <apps/view/view_run.h>
+
 #include <apps/benchmark/result_row.h>
 #include <apps/format_text.h>
 #include <apps/io/dataset_folder.h>
@@ -8,7 +10,6 @@
 #include <apps/io/transform_file.h>
 #include <apps/options_json.h>
 #include <apps/usage_error.h>
-#include <apps/view/view_run.h>
 
 #include <algorithm>
 #include <cmath>

@@ -3,10 +3,11 @@
 
 // The only source that needs VTK; no_window.cpp takes its place where that is not there.
 
+#include <apps/view/view_window.h>
+
 #include <apps/io/io_error.h>
 #include <apps/view/patch_drawing.h>
 #include <apps/view/view_text.h>
-#include <apps/view/view_window.h>
 
 #include <X11/Xlib.h>
 

@@ -3,12 +3,8 @@
 
 #pragma once
 
-#include <pcl_ssfr/density_filter.h>
-#include <pcl_ssfr/mean_shift.h>
-#include <pcl_ssfr/normal_estimation.h>
-#include <pcl_ssfr/planar_patches.h>
-#include <pcl_ssfr/rotation_candidates.h>
-#include <pcl_ssfr/translation.h>
+#include <pcl_ssfr/export.h>
+#include <pcl_ssfr/paper_options.h>
 
 #include <Eigen/Core>
 
@@ -39,19 +35,20 @@ struct GravityPrior {
   double tolerance = 0.0873;
 };
 
-/// Options of the paper's selection and fine pass (METHOD stages 12 and 13).
-struct LcpOptions {
-  double leaf = 0;              ///< both scans are thinned to this, and it is the inlier radius [m]; 0: from the data
-  bool kernel_sum = false;      ///< score by sum of exp(-d/t) (2019) instead of the count (2017)
-  int fine_factor = 100;        ///< the fine pass uses bin_width / fine_factor; 0: no fine pass
-  double fine_smoothing = 0.01; ///< width of the mean filter of the fine pass [m]
-  double fine_range_bins = 1.5; ///< shifts are searched within so many coarse bins
-};
-
 /// How good the caller's guess is: only poses within it are considered.
 struct GuessTolerance {
   double rotation = 0.1;  ///< angle between the rotations [rad], (0, pi]
   double translation = 1; ///< distance between where the poses put the source's sensor [m], > 0
+};
+
+/// Options of the planar patches (METHOD point 12). Lengths of 0 follow from the data.
+struct PatchOptions {
+  double thickness = 0;       ///< largest standard deviation across the plane [m]; 0: from the scale of the scene
+  double range_noise = 0.001; ///< growth of the thickness with range [m/m], >= 0
+  double max_flatness = 0.3;  ///< thickness over the second extent (both standard deviations), (0, 1)
+  int finest_level = 3;       ///< finest cells have an edge of leaf * 2^finest_level, [0, 20)
+  int coarsest_level = 6;     ///< coarsest cells have an edge of leaf * 2^coarsest_level, [finest_level, 20)
+  int min_points = 5;         ///< fewest thinned points of a patch, >= 3
 };
 
 /** \brief Everything that can be set. The defaults need no change: a scale of 0 follows from the data.
@@ -98,21 +95,21 @@ constexpr unsigned kMaxThreads = 1024;
 
 /// The number of threads, >= 1, that \p requested stands for. 0: as many as OMP_NUM_THREADS allows (or
 /// omp_set_num_threads()), at most one a processor that this process may use.
-unsigned
+PCL_SSFR_EXPORT unsigned
 threadCount(unsigned requested);
 
 /// The same for Options::threads.
-unsigned
+PCL_SSFR_EXPORT unsigned
 threadCount(const Options& options);
 
 /// The options of a profile.
-Options
+PCL_SSFR_EXPORT Options
 makeOptions(Profile profile);
 
 /** \brief Check every option.
  * \throw std::invalid_argument with the text "name = value, must ..." for the first that is out of range.
  */
-void
+PCL_SSFR_EXPORT void
 validate(const Options& options);
 
 } // namespace pcl_ssfr

@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <pcl_ssfr/export.h>
 #include <pcl_ssfr/prepared_scan.h>
 
 namespace pcl_ssfr {
@@ -15,7 +16,7 @@ namespace pcl_ssfr {
  * \param[in] guess optional: refined and judged as one more candidate; never needed, never degrades the answer
  * \throw std::invalid_argument when \p options are out of range. Data never throw: Result::status says what happened.
  */
-Result
+PCL_SSFR_EXPORT Result
 registerScans(const PreparedScan& source,
               const PreparedScan& target,
               const Options& options,
@@ -24,7 +25,7 @@ registerScans(const PreparedScan& source,
 /** \brief The same with a \p deadline that may have been set earlier, in place of Options::time_limit: give one to
  * prepareScans() and to this, and it covers both.
  */
-Result
+PCL_SSFR_EXPORT Result
 registerScans(const PreparedScan& source,
               const PreparedScan& target,
               const Options& options,

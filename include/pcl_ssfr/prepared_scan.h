@@ -4,6 +4,7 @@
 #pragma once
 
 #include <pcl_ssfr/deadline.h>
+#include <pcl_ssfr/export.h>
 #include <pcl_ssfr/options.h>
 #include <pcl_ssfr/result.h>
 #include <pcl_ssfr/scan_view.h>
@@ -19,7 +20,7 @@ struct PreparedData; // what the stages need of one scan; internal to the core
  *
  * A value: cheap to copy (shared, immutable), safe to use from many threads, reusable for any number of partners.
  */
-class PreparedScan {
+class PCL_SSFR_EXPORT PreparedScan {
 public:
   PreparedScan() = default;
   explicit PreparedScan(std::shared_ptr<const PreparedData> data) : data_(std::move(data)) {}
@@ -48,13 +49,13 @@ private:
  * \param[in] deadline when it passes meanwhile the scan is not complete; Options::time_limit is not read here
  * \throw std::invalid_argument when \p options are out of range.
  */
-PreparedScan
+PCL_SSFR_EXPORT PreparedScan
 prepareScan(const ScanView& scan, const Options& options, const Deadline& deadline = Deadline());
 
 /** \brief prepareScan() for both scans of a pair; at the same time where options.threads allows it.
  * \return source and target, the same bits as prepareScan() gives \throw std::invalid_argument as prepareScan()
  */
-std::pair<PreparedScan, PreparedScan>
+PCL_SSFR_EXPORT std::pair<PreparedScan, PreparedScan>
 prepareScans(const ScanView& source,
              const ScanView& target,
              const Options& options,

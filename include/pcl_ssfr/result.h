@@ -3,6 +3,8 @@
 
 #pragma once
 
+#include <pcl_ssfr/export.h>
+
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
@@ -28,7 +30,7 @@ enum class Status {
 };
 
 /// The enumerator's name, in snake_case as in the JSON output ("converged", "too_few_directions", ...).
-const char*
+PCL_SSFR_EXPORT const char*
 toString(Status status);
 
 /// What went into and came out of one stage, and how long it took.

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <pcl_ssfr/deadline.h>
+#include <pcl_ssfr/export.h>
 #include <pcl_ssfr/options.h>
 #include <pcl_ssfr/pipeline.h>
 #include <pcl_ssfr/prepared_scan.h>
@@ -105,7 +106,7 @@ namespace pcl_ssfr {
  * \tparam Scalar float or double, of the matrices; the computation is in double for both
  */
 template <typename PointSource, typename PointTarget, typename Scalar = float>
-class StructuredSceneRegistration : public pcl::Registration<PointSource, PointTarget, Scalar> {
+class PCL_SSFR_EXPORT StructuredSceneRegistration : public pcl::Registration<PointSource, PointTarget, Scalar> {
 public:
   using Base = pcl::Registration<PointSource, PointTarget, Scalar>;
   using Self = StructuredSceneRegistration<PointSource, PointTarget, Scalar>;

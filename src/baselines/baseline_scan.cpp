@@ -3,7 +3,7 @@
 
 #include "baseline_scan.h"
 
-#include <pcl_ssfr/thinning.h>
+#include "preparation/thinning.h"
 
 #include <algorithm>
 #include <cmath>

@@ -3,8 +3,9 @@
 
 #pragma once
 
+#include "common/types.h"
+
 #include <pcl_ssfr/scan_view.h>
-#include <pcl_ssfr/types.h>
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>

@@ -3,7 +3,7 @@
 
 #pragma once
 
-#include <pcl_ssfr/types.h>
+#include "common/types.h"
 
 #include <Eigen/Core>
 

@@ -6,10 +6,9 @@
 #include "baseline_scan.h"
 #include "fast_global_pose.h"
 #include "fpfh_features.h"
+#include "judgement/overlap.h"
 #include "option_checks.h"
-
-#include <pcl_ssfr/neighbor_index.h>
-#include <pcl_ssfr/overlap.h>
+#include "preparation/neighbor_index.h"
 
 #include <algorithm>
 #include <cmath>

@@ -3,9 +3,8 @@
 
 #pragma once
 
+#include "common/types.h"
 #include "fast_global_pose.h"
-
-#include <pcl_ssfr/types.h>
 
 #include <Eigen/Core>
 

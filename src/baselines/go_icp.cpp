@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
+#include "common/types.h"
 #include "go_icp_branch_and_bound.h"
 #include "go_icp_problem.h"
 #include "option_checks.h"
+#include "preparation/thinning.h"
 
 #include <pcl_ssfr/baselines/go_icp_core.h>
-#include <pcl_ssfr/thinning.h>
-#include <pcl_ssfr/types.h>
 
 #include <Eigen/Eigenvalues>
 

@@ -2,7 +2,8 @@
 // Copyright (c) 2026, pcl_ssfr contributors
 
 #include "go_icp_branch_and_bound.h"
-#include "parallel.h"
+
+#include "common/parallel.h"
 
 #include <algorithm>
 #include <array>

@@ -3,10 +3,9 @@
 
 #pragma once
 
+#include "common/types.h"
 #include "distance_transform.h"
 #include "point_tree.h"
-
-#include <pcl_ssfr/types.h>
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>

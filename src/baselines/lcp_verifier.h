@@ -3,8 +3,8 @@
 
 #pragma once
 
-#include <pcl_ssfr/neighbor_index.h>
-#include <pcl_ssfr/types.h>
+#include "common/types.h"
+#include "preparation/neighbor_index.h"
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>

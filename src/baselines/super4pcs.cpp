@@ -8,9 +8,8 @@
 #include "deadline.h"
 #include "lcp_verifier.h"
 #include "option_checks.h"
+#include "preparation/thinning.h"
 #include "surface_normals.h"
-
-#include <pcl_ssfr/thinning.h>
 
 #include <Eigen/Geometry>
 

@@ -4,14 +4,14 @@
 // Fast Global Registration against an implementation that shares no line with ours: Open3D's. First with the same
 // matches, so that only the optimiser differs; then with the same descriptors; then each as it comes.
 
-#include <pcl_ssfr/baselines/fast_global_registration.h>
-
 #include "baselines/baseline_scan.h"
 #include "baselines/fast_global_pose.h"
 #include "baselines/fpfh_features.h"
 #include "pose_matchers.h"
 #include "scan_views.h"
 #include "synthetic_scene.h"
+
+#include <pcl_ssfr/baselines/fast_global_registration.h>
 
 #include <open3d/geometry/PointCloud.h>
 #include <open3d/pipelines/registration/FastGlobalRegistration.h>

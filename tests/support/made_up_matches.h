@@ -3,10 +3,9 @@
 
 #pragma once
 
+#include "common/types.h"
+#include "refinement/refinement.h"
 #include "synthetic_scene.h"
-
-#include <pcl_ssfr/refinement.h>
-#include <pcl_ssfr/types.h>
 
 #include <Eigen/Core>
 

@@ -3,10 +3,10 @@
 
 #pragma once
 
+#include "preparation/planar_patches.h"
 #include "scan_views.h"
 #include "synthetic_scene.h"
 
-#include <pcl_ssfr/planar_patches.h>
 #include <pcl_ssfr/scan_view.h>
 
 #include <Eigen/Core>

@@ -6,12 +6,12 @@
 #include "pose_matchers.h"
 #include "scan_views.h"
 
+#include <pcl_ssfr/pipeline.h>
+
 #include <apps/simulation/dataset_simulation.h>
 #include <apps/simulation/random_stream.h>
 #include <apps/simulation/ray_caster.h>
 #include <apps/simulation/scan_simulation.h>
-
-#include <pcl_ssfr/pipeline.h>
 
 #include <cstddef>
 #include <memory>

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <pcl_ssfr/baselines/baseline_result.h>
+#include <pcl_ssfr/export.h>
 #include <pcl_ssfr/scan_view.h>
 
 #include <pcl/memory.h>
@@ -43,7 +44,7 @@ namespace pcl_ssfr::baselines {
  * addCorrespondenceRejector. setSearchMethodSource is ignored.
  */
 template <typename PointSource, typename PointTarget, typename Scalar = float>
-class BaselineRegistration : public pcl::Registration<PointSource, PointTarget, Scalar> {
+class PCL_SSFR_EXPORT BaselineRegistration : public pcl::Registration<PointSource, PointTarget, Scalar> {
 public:
   using Base = pcl::Registration<PointSource, PointTarget, Scalar>;
   using Self = BaselineRegistration<PointSource, PointTarget, Scalar>;

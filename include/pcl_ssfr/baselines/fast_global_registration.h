@@ -5,6 +5,7 @@
 
 #include <pcl_ssfr/baselines/baseline_registration.h>
 #include <pcl_ssfr/baselines/baseline_result.h>
+#include <pcl_ssfr/export.h>
 #include <pcl_ssfr/scan_view.h>
 
 #include <pcl/memory.h>
@@ -39,7 +40,7 @@ struct FastGlobalOptions {
  * the points: a result that did not converge says why.
  * \throw std::invalid_argument for an option out of its range, "name = value, must ..."
  */
-BaselineResult
+PCL_SSFR_EXPORT BaselineResult
 registerFastGlobal(const ScanView& source,
                    const ScanView& target,
                    const FastGlobalOptions& options,
@@ -67,7 +68,7 @@ registerFastGlobal(const ScanView& source,
  * robust cost is the lower one. All else as BaselineRegistration says.
  */
 template <typename PointSource, typename PointTarget, typename Scalar = float>
-class FastGlobalRegistration : public BaselineRegistration<PointSource, PointTarget, Scalar> {
+class PCL_SSFR_EXPORT FastGlobalRegistration : public BaselineRegistration<PointSource, PointTarget, Scalar> {
 public:
   using Base = BaselineRegistration<PointSource, PointTarget, Scalar>;
   using Self = FastGlobalRegistration<PointSource, PointTarget, Scalar>;

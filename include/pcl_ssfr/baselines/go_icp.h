@@ -6,6 +6,7 @@
 #include <pcl_ssfr/baselines/baseline_registration.h>
 #include <pcl_ssfr/baselines/baseline_result.h>
 #include <pcl_ssfr/baselines/go_icp_core.h>
+#include <pcl_ssfr/export.h>
 #include <pcl_ssfr/scan_view.h>
 
 #include <pcl/memory.h>
@@ -50,7 +51,7 @@ namespace pcl_ssfr::baselines {
  * BaselineRegistration says.
  */
 template <typename PointSource, typename PointTarget, typename Scalar = float>
-class GoIcp : public BaselineRegistration<PointSource, PointTarget, Scalar> {
+class PCL_SSFR_EXPORT GoIcp : public BaselineRegistration<PointSource, PointTarget, Scalar> {
 public:
   using Base = BaselineRegistration<PointSource, PointTarget, Scalar>;
   using Self = GoIcp<PointSource, PointTarget, Scalar>;

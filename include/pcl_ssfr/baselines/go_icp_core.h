@@ -5,6 +5,7 @@
 
 #include <pcl_ssfr/baselines/baseline_result.h>
 #include <pcl_ssfr/baselines/time_limit_clock.h>
+#include <pcl_ssfr/export.h>
 #include <pcl_ssfr/scan_view.h>
 
 #include <Eigen/Geometry>
@@ -59,7 +60,7 @@ struct GoIcpReport {
  * search has no answer for fewer than 3 finite points, or points on a line
  * \throw std::invalid_argument for an option out of its range, "name = value, must ..."
  */
-BaselineResult
+PCL_SSFR_EXPORT BaselineResult
 registerGoIcp(const ScanView& source,
               const ScanView& target,
               const GoIcpOptions& options,

@@ -6,6 +6,7 @@
 #include <pcl_ssfr/baselines/baseline_registration.h>
 #include <pcl_ssfr/baselines/baseline_result.h>
 #include <pcl_ssfr/baselines/time_limit_clock.h>
+#include <pcl_ssfr/export.h>
 #include <pcl_ssfr/scan_view.h>
 
 #include <pcl/memory.h>
@@ -42,7 +43,7 @@ struct Super4PcsOptions {
  * result that did not converge says why.
  * \throw std::invalid_argument for an option out of its range, "name = value, must ..."
  */
-BaselineResult
+PCL_SSFR_EXPORT BaselineResult
 registerSuper4Pcs(const ScanView& source,
                   const ScanView& target,
                   const Super4PcsOptions& options,
@@ -71,7 +72,7 @@ registerSuper4Pcs(const ScanView& source,
  * it. With setTimeLimit() the answer depends on the speed of the machine. All else as BaselineRegistration says.
  */
 template <typename PointSource, typename PointTarget, typename Scalar = float>
-class Super4PCS : public BaselineRegistration<PointSource, PointTarget, Scalar> {
+class PCL_SSFR_EXPORT Super4PCS : public BaselineRegistration<PointSource, PointTarget, Scalar> {
 public:
   using Base = BaselineRegistration<PointSource, PointTarget, Scalar>;
   using Self = Super4PCS<PointSource, PointTarget, Scalar>;

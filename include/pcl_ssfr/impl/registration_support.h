@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <pcl_ssfr/export.h>
 #include <pcl_ssfr/options.h>
 
 #include <pcl/types.h>
@@ -19,42 +20,42 @@
 namespace pcl_ssfr::detail {
 
 /// True when validate() accepts \p candidate; otherwise a PCL_ERROR that names the \p setter and quotes the reason.
-bool
+PCL_SSFR_EXPORT bool
 acceptOptions(const std::string& class_name, const char* setter, const Options& candidate);
 
 /// Print a PCL_ERROR "[pcl_ssfr::class::setter] text".
-void
+PCL_SSFR_EXPORT void
 reportError(const std::string& class_name, const char* setter, const std::string& text);
 
 /// Print a PCL_WARN "[pcl_ssfr::class::where] text".
-void
+PCL_SSFR_EXPORT void
 reportWarning(const std::string& class_name, const char* where, const std::string& text);
 
 /** \brief The options of \p profile with everything kept that a user sets by name in \p previous: the paper's three
  * parameters, leaf, viewpoint mode, gravity, overlap radius, refinement steps, threads, time limit and candidates
  * listed.
  */
-Options
+PCL_SSFR_EXPORT Options
 switchProfile(const Options& previous, Profile profile);
 
 /// The rigid motion nearest to \p guess; nothing when it is not finite or far from rigid (scale, shear, mirror).
-std::optional<Eigen::Isometry3d>
+PCL_SSFR_EXPORT std::optional<Eigen::Isometry3d>
 rigidGuess(const Eigen::Matrix4d& guess);
 
 /// The matrix of \p T with its rotation made orthonormal in double and last row 0 0 0 1.
-Eigen::Matrix4d
+PCL_SSFR_EXPORT Eigen::Matrix4d
 rigidMatrix(const Eigen::Isometry3d& T);
 
 /// Drop the indices outside [0, size); the number dropped.
-std::size_t
+PCL_SSFR_EXPORT std::size_t
 dropOutOfRange(pcl::Indices& indices, std::size_t size);
 
 /// True when \p indices is 0, 1, ..., size - 1.
-bool
+PCL_SSFR_EXPORT bool
 isEveryPointInOrder(const pcl::Indices& indices, std::size_t size);
 
 /// Median of \p values (the upper one of an even number); 0 when empty.
-float
+PCL_SSFR_EXPORT float
 median(std::vector<float> values);
 
 } // namespace pcl_ssfr::detail

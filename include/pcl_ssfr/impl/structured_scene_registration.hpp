@@ -3,7 +3,7 @@
 
 #pragma once
 
-#include <pcl_ssfr/finite_query_kdtree.h>
+#include <pcl_ssfr/detail/finite_query_kdtree.h>
 #include <pcl_ssfr/impl/registration_support.h>
 #include <pcl_ssfr/structured_scene_registration.h>
 

@@ -4,7 +4,7 @@
 #pragma once
 
 #include <pcl_ssfr/baselines/baseline_registration.h>
-#include <pcl_ssfr/finite_query_kdtree.h>
+#include <pcl_ssfr/detail/finite_query_kdtree.h>
 #include <pcl_ssfr/impl/registration_support.h>
 #include <pcl_ssfr/impl/structured_scene_registration.hpp>
 

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#include "directions/gaussian_sphere.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace pcl_ssfr {
+
+namespace {
+
+/// A normal is of unit length when its norm is this near to 1.
+constexpr double kUnitTolerance = 1e-3;
+
+} // namespace
+
+DirectionSet
+makeGaussianSphere(const OrientedSamples& samples)
+{
+  const Eigen::Index copies = samples.oriented ? 1 : 2;
+  DirectionSet image;
+  image.directions.resize(3, copies * samples.size());
+  image.weights.resize(copies * samples.size());
+  Eigen::Index used = 0;
+  for (Eigen::Index i = 0; i < samples.size(); ++i) {
+    const Eigen::Vector3d normal = samples.normals.col(i);
+    const double length = normal.norm();
+    if (!(std::abs(length - 1) <= kUnitTolerance)) // false for NaN, too
+      continue;
+    for (Eigen::Index copy = 0; copy < copies; ++copy, ++used) {
+      image.directions.col(used) = (copy == 0 ? 1 : -1) * normal / length;
+      image.weights[used] = samples.weights[i];
+    }
+  }
+  image.directions.conservativeResize(3, used);
+  image.weights.conservativeResize(used);
+  return image;
+}
+
+double
+chordFromAngle(double angle)
+{
+  return 2 * std::sin(angle / 2);
+}
+
+double
+angleFromChord(double chord)
+{
+  return 2 * std::asin(std::clamp(chord / 2, -1.0, 1.0));
+}
+
+} // namespace pcl_ssfr

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#pragma once
+
+#include "common/types.h"
+#include "directions/mean_shift.h"
+
+#include <Eigen/Core>
+
+#include <vector>
+
+namespace pcl_ssfr {
+
+// Which directions of a scan tell its rotation, beside and beyond its main normals.
+
+/// Main normals with a known vertical, unit: a direction of the scene even where no surface faces it. As many when one
+/// of them lies within what main normals are good to.
+std::vector<MainNormal>
+withVertical(std::vector<MainNormal> main_normals, const Eigen::Vector3d& up);
+
+/// Whether surface faces all ways around \p axis, unit: then the main normals across it are arbitrary. False for no
+/// samples.
+bool
+isRoundAbout(const OrientedSamples& samples, const Eigen::Vector3d& axis);
+
+/// Directions about which the rotation is to be swept, the best two main normals at most: such that surface faces all
+/// ways around, or \p all_of_them, where main normals tell one direction only.
+std::vector<Eigen::Vector3d>
+sweepAxes(const std::vector<MainNormal>& main_normals, const OrientedSamples& samples, bool all_of_them);
+
+} // namespace pcl_ssfr

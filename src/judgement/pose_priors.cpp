@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#include "judgement/pose_priors.h"
+
+#include "common/rotation_math.h"
+#include "profiles/patch_constants.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace pcl_ssfr {
+
+namespace {
+
+constexpr double kRefinedMargin = 0.01;  // [rad] of refined poses beyond a tolerance: noise of the scans and the prior
+constexpr double kLeastDeviation = 1e-4; // [rad] of a prior
+constexpr double kToleranceDeviations = 3; // standard deviations of a given vertical that its tolerance stands for
+constexpr double kOptimism = 5;            // times the deviation that matches claim, they err where they tell little
+
+double
+angleMargin(Exactness exactness)
+{
+  return exactness == Exactness::Proposed ? kRefitAngle : kRefinedMargin;
+}
+
+double
+information(double deviation)
+{
+  return 1 / std::pow(std::max(deviation, kLeastDeviation), 2);
+}
+
+} // namespace
+
+PosePriors::PosePriors(const Options& options,
+                       const std::optional<Eigen::Isometry3d>& guess,
+                       const Eigen::Vector3d& place,
+                       double scale)
+    : gravity_(options.gravity), place_(place), shift_margin_(kDistinctDistance * scale)
+{
+  if (guess && options.guess_tolerance) {
+    guess_ = guess;
+    tolerance_ = *options.guess_tolerance;
+  }
+}
+
+bool
+PosePriors::keepVertical(const Eigen::Matrix3d& R_target_source, Exactness exactness) const
+{
+  if (!gravity_)
+    return true;
+  // Main normals err by no more than the margin of what is proposed, be the tolerance large or small.
+  const double reach = exactness == Exactness::Proposed ? std::max(gravity_->tolerance, kRefitAngle)
+                                                        : gravity_->tolerance + kRefinedMargin;
+  return keepsVertical(R_target_source, *gravity_, reach);
+}
+
+bool
+PosePriors::allow(const Eigen::Matrix3d& R_target_source, Exactness exactness) const
+{
+  return keepVertical(R_target_source, exactness) &&
+         (!guess_ || angleBetween(guess_->linear(), R_target_source) <= tolerance_.rotation + angleMargin(exactness));
+}
+
+bool
+PosePriors::allow(const Eigen::Isometry3d& T_target_source, Exactness exactness) const
+{
+  const double margin = exactness == Exactness::Proposed ? shift_margin_ : 0;
+  return allow(Eigen::Matrix3d(T_target_source.linear()), exactness) &&
+         (!guess_ || shiftBetween(T_target_source, *guess_, place_) <= tolerance_.translation + margin);
+}
+
+void
+PosePriors::dropOthers(std::vector<JudgedPose>& poses, Exactness exactness) const
+{
+  poses.erase(std::remove_if(poses.begin(),
+                             poses.end(),
+                             [&](const JudgedPose& pose) { return !allow(pose.T_target_source, exactness); }),
+              poses.end());
+}
+
+std::optional<ShiftWindow>
+PosePriors::shiftWindow(const Eigen::Matrix3d& R_target_source, double margin) const
+{
+  if (!guess_)
+    return std::nullopt;
+  return ShiftWindow{*guess_ * place_ - R_target_source * place_, tolerance_.translation + margin};
+}
+
+std::optional<KnownVertical>
+PosePriors::vertical() const
+{
+  if (!gravity_)
+    return std::nullopt;
+  return KnownVertical{gravity_->up_source, gravity_->up_target, tiltDeviation()};
+}
+
+Eigen::Matrix3d
+PosePriors::rotationInformation() const
+{
+  Eigen::Matrix3d known = Eigen::Matrix3d::Zero();
+  if (guess_)
+    known += information(tolerance_.rotation) * Eigen::Matrix3d::Identity();
+  if (gravity_) {
+    const Eigen::Vector3d up = gravity_->up_target.normalized();
+    known += information(tiltDeviation()) * (Eigen::Matrix3d::Identity() - up * up.transpose());
+  }
+  return known;
+}
+
+/// Standard deviation of the given vertical beside what the matches claim of theirs [rad].
+double
+PosePriors::tiltDeviation() const
+{
+  return std::max(gravity_->tolerance / (kToleranceDeviations * kOptimism), kLeastDeviation);
+}
+
+} // namespace pcl_ssfr

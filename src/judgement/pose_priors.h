@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#pragma once
+
+#include "judgement/judged_pose.h"
+#include "refinement/refinement.h"
+#include "search/pose_search.h"
+
+#include <pcl_ssfr/options.h>
+
+#include <Eigen/Geometry>
+
+#include <optional>
+#include <vector>
+
+namespace pcl_ssfr {
+
+/// How exact a pose is, when a prior judges it.
+enum class Exactness {
+  Proposed, ///< from main normals and a search: a refinement may still move it
+  Refined,
+};
+
+/** \brief What is known of the pose of two scans beforehand: a vertical (Options::gravity) and a guess of known
+ * tolerance (Options::guess_tolerance). Poses and rotations are between the inner, centred frames.
+ */
+class PosePriors {
+public:
+  /// \param[in] guess without it, or without Options::guess_tolerance, no guess bounds the pose
+  /// \param[in] place of the source, inner frame [m]: shifts are told there
+  /// \param[in] scale of the scene
+  PosePriors(const Options& options,
+             const std::optional<Eigen::Isometry3d>& guess,
+             const Eigen::Vector3d& place,
+             double scale);
+
+  /// The guess that bounds the pose, if any.
+  const std::optional<Eigen::Isometry3d>&
+  guess() const
+  {
+    return guess_;
+  }
+
+  /// Whether a rotation keeps the vertical within its tolerance and what \p exactness allows for.
+  bool
+  keepVertical(const Eigen::Matrix3d& R_target_source, Exactness exactness) const;
+
+  /// Whether a rotation agrees with all that is known.
+  bool
+  allow(const Eigen::Matrix3d& R_target_source, Exactness exactness) const;
+
+  /// Whether a pose does.
+  bool
+  allow(const Eigen::Isometry3d& T_target_source, Exactness exactness) const;
+
+  /// Drop the poses that do not.
+  void
+  dropOthers(std::vector<JudgedPose>& poses, Exactness exactness) const;
+
+  /// Where the guess leaves the shift under a rotation, widened by \p margin [m]; none where no guess bounds the pose.
+  std::optional<ShiftWindow>
+  shiftWindow(const Eigen::Matrix3d& R_target_source, double margin) const;
+
+  /// The vertical for a refinement, if any.
+  std::optional<KnownVertical>
+  vertical() const;
+
+  /// Information on the rotation [1/rad^2], target frame, beside what the matches claim: of a guess as much as its
+  /// tolerance says, of a vertical as much as it tells the refinements.
+  Eigen::Matrix3d
+  rotationInformation() const;
+
+private:
+  double
+  tiltDeviation() const;
+
+  std::optional<GravityPrior> gravity_;
+  GuessTolerance tolerance_; ///< read where there is a guess
+  std::optional<Eigen::Isometry3d> guess_;
+  Eigen::Vector3d place_;
+  double shift_margin_; ///< of a proposed pose [m]
+};
+
+} // namespace pcl_ssfr

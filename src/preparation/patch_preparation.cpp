@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#include "common/stage_clock.h"
+#include "preparation/thinning.h"
+#include "profiles/patch_constants.h"
+#include "profiles/patch_profile.h"
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+#include <vector>
+
+namespace pcl_ssfr {
+
+namespace {
+
+// Lengths at scale 1 [m]; the scale of the scene multiplies them.
+constexpr double kLeaf = 0.025;                 // finest patches have an edge of 8, the coarsest of 64 leaves
+constexpr double kVoxel = 0.5;                  // of the index of patches
+constexpr double kTypicalRadius[] = {1.5, 120}; // scenes of radii between these have scale 1
+
+// Angles.
+constexpr double kCell = 0.01745;      // of the range image [rad]
+constexpr double kDensityRadius = 0.1; // r_d, chord
+constexpr double kSilence = 0.26;      // chord
+constexpr double kMergeModes = 0.2;    // chord
+
+constexpr int kMaxMainNormals = 14;
+constexpr double kMinRelativeDensity = 0.02;
+constexpr int kDensityQueries = 8192;           // scans of a few 100,000 points have fewer patches
+constexpr std::size_t kViewpointPoints = 40000; // drawn to look for the sensor where it is not known
+constexpr std::size_t kMinPointsPerCell = 12;   // in the coarsest cell of a typical point; else the scale is doubled
+constexpr int kMaxCoarsenings = 6;
+constexpr int kCoarsePatches = 600;     // drawn for the coarse refinement
+constexpr int kPolishPoints = 2;        // for the polish, of each ...
+constexpr int kPolishGroup = 25;        // ... thinned points of a patch; of more where that gives ...
+constexpr int kPolishMost = 20000;      // ... more than so many
+constexpr double kNoiseQuantile = 0.25; // of the thickness of patches: an estimate of the noise that clutter spares
+constexpr double kThicknessOverNoise = 1.6;
+
+std::uint64_t
+count(Eigen::Index n)
+{
+  return static_cast<std::uint64_t>(n);
+}
+
+double
+sceneScale(const ScanExtent& extent)
+{
+  if (!(extent.radius > 0))
+    return 1;
+  return extent.radius / std::clamp(extent.radius, kTypicalRadius[0], kTypicalRadius[1]);
+}
+
+/// At most \p most of the points within \p reach [m] of \p origin along every axis, evenly drawn in their order and
+/// relative to it [m]. Drivers write huge numbers where there was no return.
+Eigen::Matrix3Xf
+drawPoints(const ScanView& scan, const Eigen::Vector3d& origin, double reach, std::size_t most)
+{
+  const std::size_t n = scan.count();
+  const std::size_t count = std::min(most, n);
+  Eigen::Matrix3Xf drawn(3, static_cast<Eigen::Index>(count));
+  Eigen::Index kept = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const Eigen::Vector3d p = scan.point((2 * i + 1) * n / (2 * count)).cast<double>() - origin;
+    if ((p.array().abs() < reach).all()) // not so for NaN
+      drawn.col(kept++) = p.cast<float>();
+  }
+  return drawn.leftCols(kept);
+}
+
+/// Thinned points that share a coarsest patch cell with a typical point: the median over the points.
+std::size_t
+pointsPerCell(const ThinnedCloud& cloud, int level)
+{
+  std::vector<std::size_t> counts;
+  for (std::size_t i = 0; i < cloud.codes.size(); ++i) {
+    if (i == 0 || (cloud.codes[i] >> (3 * level)) != (cloud.codes[i - 1] >> (3 * level)))
+      counts.push_back(0);
+    ++counts.back();
+  }
+  std::sort(counts.begin(), counts.end());
+  std::size_t below = 0;
+  for (const std::size_t c : counts)
+    if (2 * (below += c) >= cloud.codes.size())
+      return c;
+  return 0;
+}
+
+/// Thickness that patches may have: the usual one, more where the scan is noisier than that.
+double
+choosePatchThickness(const ThinnedCloud& cloud,
+                     const std::vector<FineCell>& cells,
+                     double usual,
+                     const PatchOptions& options)
+{
+  constexpr double kGenerous = 4;
+  const PlanarPatches rough = extractPatches(cloud, cells, nullptr, kGenerous * usual, options);
+  if (rough.size() == 0)
+    return usual;
+  std::vector<std::pair<double, double>> thickness; // and the surface that has it
+  for (Eigen::Index i = 0; i < rough.size(); ++i)
+    thickness.emplace_back(rough.thickness[i], rough.samples.weights[i]);
+  std::sort(thickness.begin(), thickness.end());
+  const double wanted = kNoiseQuantile * rough.samples.weights.sum();
+  double sum = 0;
+  for (const auto& [t, surface] : thickness)
+    if ((sum += surface) >= wanted)
+      return std::clamp(kThicknessOverNoise * t, usual, kGenerous * usual);
+  return usual;
+}
+
+std::vector<MainNormal>
+findPatchMainNormals(const OrientedSamples& samples, const Options& options)
+{
+  const DensityOptions density = patchDensityOptions(options);
+  MeanShiftOptions mean_shift;
+  mean_shift.bandwidth = 2 * density.radius;
+  mean_shift.merge_chord = kMergeModes;
+  mean_shift.tolerance = 1e-5;
+  const DirectionSet sphere = makeGaussianSphere(samples);
+  const Eigen::VectorXd densities = computeDensity(sphere, density, threadCount(options));
+  return findMainNormals(sphere, findDensestRegions(sphere, densities, density), mean_shift);
+}
+
+} // namespace
+
+DensityOptions
+patchDensityOptions(const Options& options)
+{
+  DensityOptions density;
+  density.kernel = DensityOptions::Kernel::Gaussian;
+  density.radius = options.density_radius > 0 ? options.density_radius : kDensityRadius;
+  density.max_regions = kMaxMainNormals;
+  density.silence_chord = kSilence;
+  density.min_relative_density = kMinRelativeDensity;
+  density.max_queries = kDensityQueries;
+  return density;
+}
+
+PatchScan
+preparePatchScan(const ScanView& scan, const Options& options, const Deadline& deadline)
+{
+  PatchScan prepared;
+  StageClock clock;
+  // Whether the time has run out by the end of a stage: then the stage itself may not be complete.
+  const auto endsIn = [&](const char* stage, std::uint64_t in, std::uint64_t out) {
+    prepared.stages.push_back(clock.lap(stage, in, out));
+    if (deadline.hasPassed())
+      prepared.unfinished = stage;
+    return !prepared.unfinished.empty();
+  };
+
+  prepared.extent = measureExtent(scan, deadline);
+  prepared.scale = sceneScale(prepared.extent);
+  prepared.origin = prepared.extent.median;
+  PatchOptions patches = options.patches;
+  // A patch of the finest level has an edge of 2^finest_level leaves; a normal radius r asks for an edge of 2 r.
+  const bool given = options.leaf > 0 || options.normal_radius > 0;
+  const auto leaf = [&] {
+    return options.leaf > 0            ? options.leaf
+           : options.normal_radius > 0 ? 2 * options.normal_radius / static_cast<double>(1 << patches.finest_level)
+                                       : kLeaf * prepared.scale;
+  };
+  ThinnedCloud cloud = thinScan(scan, leaf(), prepared.origin, 0, threadCount(options), deadline);
+  // Where points are sparse, patches must be larger to hold enough of them.
+  for (int step = 0; step < kMaxCoarsenings && !given && cloud.size() >= static_cast<Eigen::Index>(kMinPoints) &&
+                     pointsPerCell(cloud, patches.coarsest_level) < kMinPointsPerCell;
+       ++step) {
+    prepared.scale *= 2;
+    cloud = ThinnedCloud(); // its memory first
+    cloud = thinScan(scan, leaf(), prepared.origin, 0, threadCount(options), deadline);
+  }
+  if (endsIn("thinning", scan.count(), count(cloud.size())))
+    return prepared;
+
+  Eigen::Vector3d viewpoint = scan.viewpoint - prepared.origin;
+  const ViewpointMode mode = options.viewpoint_mode;
+  prepared.viewpoint_used = mode == ViewpointMode::SensorOrigin ||
+                            (mode == ViewpointMode::Auto && scan.viewpoint_is_known) ||
+                            (mode == ViewpointMode::Auto &&
+                             isPlausibleViewpoint(cloud.points, viewpoint.cast<float>(), prepared.scale, deadline));
+  if (!prepared.viewpoint_used && mode != ViewpointMode::Unused) {
+    const Eigen::Vector3f doubted = viewpoint.cast<float>();
+    const std::optional<Eigen::Vector3f> place =
+        findViewpoint(drawPoints(scan, prepared.origin, thinningReach(cloud.leaf), kViewpointPoints),
+                      cloud.points,
+                      prepared.scale,
+                      threadCount(options),
+                      mode == ViewpointMode::Auto ? &doubted : nullptr,
+                      deadline);
+    prepared.viewpoint_used = prepared.viewpoint_found = place.has_value();
+    if (place)
+      viewpoint = place->cast<double>();
+  }
+  if (prepared.viewpoint_used) {
+    prepared.viewpoint = viewpoint;
+    prepared.range_image = RangeImage(cloud.points, viewpoint.cast<float>(), kCell);
+  }
+  if (endsIn("range image", count(cloud.size()), prepared.range_image.size()))
+    return prepared;
+
+  const Eigen::Vector3d* seen_from = prepared.viewpoint_used ? &viewpoint : nullptr;
+  {
+    const std::vector<FineCell> cells = accumulateFineCells(cloud, patches.finest_level);
+    prepared.thickness = patches.thickness > 0
+                             ? patches.thickness
+                             : choosePatchThickness(cloud, cells, kThickness * prepared.scale, patches);
+    prepared.patches = extractPatches(cloud, cells, seen_from, prepared.thickness, patches);
+  }
+  if (endsIn("patches", count(cloud.size()), count(prepared.patches.size())))
+    return prepared;
+
+  prepared.main_normals = findPatchMainNormals(prepared.patches.samples, options);
+  if (endsIn("main normals", count(prepared.patches.size()), prepared.main_normals.size()))
+    return prepared;
+
+  prepared.votes = drawVotingSamples(prepared.patches.samples, prepared.main_normals, PoseSearchOptions{}.samples);
+  prepared.coarse = selectPatches(prepared.patches,
+                                  drawRepresentatives(prepared.patches.samples, prepared.main_normals, kCoarsePatches));
+  prepared.coarse.samples.weights.setOnes(); // each stands for others, small and large ones
+  prepared.surface = drawSurfacePoints(cloud, prepared.patches, kPolishPoints, kPolishGroup, kPolishMost);
+  cloud = ThinnedCloud(); // its memory goes before the index needs some
+  prepared.index = PatchIndex(prepared.patches, kVoxel * prepared.scale);
+  prepared.stages.push_back(clock.lap("index", count(prepared.patches.size()), count(prepared.surface.points.cols())));
+  return prepared; // complete, even if the time has run out meanwhile
+}
+
+} // namespace pcl_ssfr

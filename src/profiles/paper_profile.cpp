@@ -1,0 +1,506 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#include "profiles/paper_profile.h"
+
+#include "common/parallel.h"
+#include "common/rotation_math.h"
+#include "common/stage_clock.h"
+#include "directions/density_filter.h"
+#include "directions/gaussian_sphere.h"
+#include "judgement/overlap.h"
+#include "preparation/voxel_sampling.h"
+#include "search/rotation_candidates.h"
+#include "search/translation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <sstream>
+#include <string>
+
+namespace pcl_ssfr {
+
+namespace {
+
+constexpr double kDegree = kPi / 180;
+
+/// Fewest samples with a normal that a scan must have.
+constexpr Eigen::Index kMinSamples = 10;
+/// The LCP leaf against the normal radius (METHOD: settings the authors ran in 2017).
+constexpr double kRoomRadius = 0.1, kVehicleRadius = 0.6, kRoomLcpLeaf = 0.2, kVehicleLcpLeaf = 0.5; ///< [m]
+/// Poses closer than this in both are one in the list of candidates.
+constexpr double kDistinctAngle = 5 * kDegree, kDistinctShift = 0.5; ///< [rad], [m]
+
+template <typename Count>
+std::uint64_t
+toCount(Count count)
+{
+  return static_cast<std::uint64_t>(count);
+}
+
+/// The user's three parameters and the leaf, where set, in the options of the stages.
+Options
+withUserParameters(Options options)
+{
+  if (options.normal_radius > 0)
+    options.normals.radius = options.normal_radius;
+  if (options.leaf > 0)
+    options.normals.leaf = options.leaf;
+  if (options.density_radius > 0)
+    options.density.radius = options.density_radius;
+  if (options.bin_width > 0)
+    options.translation.histogram.bin_width = options.bin_width;
+  return options;
+}
+
+double
+deriveLcpLeaf(double normal_radius)
+{
+  const double share = (normal_radius - kRoomRadius) / (kVehicleRadius - kRoomRadius);
+  return kRoomLcpLeaf + std::clamp(share, 0.0, 1.0) * (kVehicleLcpLeaf - kRoomLcpLeaf);
+}
+
+/// A pose between the centred scans with all that stages 9 to 12 found.
+struct ScoredPose {
+  bool judged = false; ///< axes were found, the time sufficed and the score was computed
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity(); ///< target from source, both centred
+  TranslationAxes axes;
+  Translation translation;
+  Overlap overlap;
+  double score = 0;
+  bool from_guess = false;
+  double translation_seconds = 0, score_seconds = 0;
+};
+
+/// Algorithm 2 on two prepared scans.
+class PaperRegistration {
+public:
+  PaperRegistration(const PaperScan& source, const PaperScan& target, const Options& options, const Deadline& deadline)
+      : source_(source), target_(target), options_(withUserParameters(options)), deadline_(deadline),
+        threads_(threadCount(options))
+  {}
+
+  Result
+  run(const Eigen::Isometry3d* guess);
+
+private:
+  bool
+  isOutOfTime() const
+  {
+    return deadline_.hasPassed();
+  }
+  /// Fill the result for scans that give no candidate at all.
+  bool
+  rejectScans();
+  std::vector<RotationCandidate>
+  findRotations();
+  /// METHOD stages 9 to 12 for every rotation; one slot each, so that the threads leave no trace.
+  std::vector<ScoredPose>
+  judgeRotations(const std::vector<RotationCandidate>& rotations);
+  /// METHOD stage 12.
+  void
+  score(ScoredPose& candidate, unsigned threads) const;
+  /// METHOD stage 13: the translation anew in fine bins.
+  ScoredPose
+  refineTranslation(const ScoredPose& coarse) const;
+  /// METHOD stage 13 for the best candidates; what scores at least as high takes the place of the coarse one.
+  void
+  runFinePass(std::vector<ScoredPose>& ranked);
+  void
+  report(const std::vector<ScoredPose>& ranked);
+  double
+  rateConfidence(const std::vector<Candidate>& distinct) const;
+  void
+  addStage(const char* name, double seconds, std::uint64_t in, std::uint64_t out);
+
+  const PaperScan& source_;
+  const PaperScan& target_;
+  Options options_;
+  Deadline deadline_;
+  unsigned threads_;
+  Result result_;
+  std::size_t proposed_ = 0, skipped_ = 0; ///< rotations proposed, and left unjudged when the time ran out
+};
+
+void
+PaperRegistration::addStage(const char* name, double seconds, std::uint64_t in, std::uint64_t out)
+{
+  result_.stages.push_back({name, seconds, in, out});
+}
+
+bool
+PaperRegistration::rejectScans()
+{
+  for (const PaperScan* scan : {&source_, &target_}) {
+    const std::string name = scan == &source_ ? "source" : "target";
+    if (scan->normals.samples.size() >= kMinSamples)
+      continue;
+    result_.status = Status::TooFewPoints;
+    result_.message = "the " + name + " has " + std::to_string(scan->normals.samples.size()) +
+                      " points with a normal (of " + std::to_string(scan->normals.finite_points) +
+                      " finite points); at least " + std::to_string(kMinSamples) + " are needed";
+    return true;
+  }
+  for (const PaperScan* scan : {&source_, &target_}) {
+    const std::string name = scan == &source_ ? "source" : "target";
+    if (hasPair(scan->main_normals, options_.rotation))
+      continue;
+    result_.status = Status::TooFewDirections;
+    result_.message = "the planes of the " + name +
+                      " face in fewer than two directions that are not parallel: the "
+                      "rotation is unobservable";
+    return true;
+  }
+  return false;
+}
+
+std::vector<RotationCandidate>
+PaperRegistration::findRotations()
+{
+  const StageClock clock;
+  std::vector<RotationCandidate> rotations =
+      proposeRotations(source_.main_normals, target_.main_normals, options_.rotation);
+  if (options_.gravity)
+    rotations.erase(std::remove_if(rotations.begin(),
+                                   rotations.end(),
+                                   [&](const RotationCandidate& candidate) {
+                                     return !keepsVertical(
+                                         candidate.R_target_source, *options_.gravity, options_.gravity->tolerance);
+                                   }),
+                    rotations.end());
+  addStage("rotation_candidates",
+           clock.elapsed(),
+           toCount(source_.main_normals.size() + target_.main_normals.size()),
+           toCount(rotations.size()));
+  proposed_ = rotations.size();
+  return rotations;
+}
+
+void
+PaperRegistration::score(ScoredPose& candidate, unsigned threads) const
+{
+  // 2017 counts neighbours nearer than the leaf; 2019 sums a kernel over sqrt(3) bin widths.
+  const double radius = options_.lcp.kernel_sum ? std::sqrt(3.0) * options_.translation.histogram.bin_width
+                                                : std::max(source_.lcp_leaf, target_.lcp_leaf);
+  candidate.overlap = computeOverlap(source_.lcp_points, target_.lcp_index, candidate.pose, radius, threads);
+  candidate.score = options_.lcp.kernel_sum ? candidate.overlap.kernel_sum : candidate.overlap.ratio;
+  candidate.judged = true;
+}
+
+std::vector<ScoredPose>
+PaperRegistration::judgeRotations(const std::vector<RotationCandidate>& rotations)
+{
+  const StageClock clock;
+  TranslationOptions translation_options = options_.translation;
+  translation_options.histogram.bin_width = boundBinWidth(options_.translation.histogram.bin_width,
+                                                          source_.normals.samples,
+                                                          target_.normals.samples,
+                                                          options_.translation.histogram.max_bins);
+  std::vector<ScoredPose> poses(rotations.size());
+  std::vector<char> skipped(rotations.size(), 0);
+  forEachInParallel(static_cast<std::int64_t>(rotations.size()), 1, static_cast<int>(threads_), [&](std::int64_t k) {
+    const auto i = static_cast<std::size_t>(k);
+    if (isOutOfTime()) {
+      skipped[i] = 1;
+      return;
+    }
+    ScoredPose& candidate = poses[i];
+    const StageClock translation_clock;
+    const std::optional<TranslationAxes> axes =
+        chooseAxes(rotations[i], source_.main_normals, target_.main_normals, translation_options);
+    if (!axes)
+      return;
+    candidate.axes = *axes;
+    candidate.pose.linear() = rotations[i].R_target_source;
+    candidate.translation = estimateTranslation(transformSamples(source_.normals.samples, candidate.pose),
+                                                target_.normals.samples,
+                                                candidate.axes,
+                                                translation_options);
+    candidate.pose.translation() = candidate.translation.t_target_source;
+    candidate.translation_seconds = translation_clock.elapsed();
+    const StageClock score_clock;
+    score(candidate, 1);
+    candidate.score_seconds = score_clock.elapsed();
+  });
+
+  double translation_seconds = 0, score_seconds = 0;
+  std::uint64_t judged = 0;
+  for (const ScoredPose& pose : poses) {
+    translation_seconds += pose.translation_seconds;
+    score_seconds += pose.score_seconds;
+    judged += pose.judged ? 1 : 0;
+  }
+  skipped_ = static_cast<std::size_t>(std::count(skipped.begin(), skipped.end(), 1));
+  // Both run in one loop: the wall clock is split in proportion to the time that the threads spent.
+  const double spent = translation_seconds + score_seconds;
+  const double share = spent > 0 ? translation_seconds / spent : 1;
+  const double seconds = clock.elapsed();
+  addStage("translation", seconds * share, toCount(rotations.size()), judged);
+  addStage("lcp", seconds * (1 - share), judged, judged);
+  return poses;
+}
+
+ScoredPose
+PaperRegistration::refineTranslation(const ScoredPose& coarse) const
+{
+  const OrientedSamples& source = source_.normals.samples;
+  const OrientedSamples& target = target_.normals.samples;
+  const double coarse_width = options_.translation.histogram.bin_width;
+  TranslationOptions fine = options_.translation;
+  fine.histogram.bin_width =
+      boundBinWidth(coarse_width / options_.lcp.fine_factor, source, target, fine.histogram.max_bins);
+  // The envelope would span less than one smoothed peak here and take its top off.
+  fine.correlation.envelope_half_window = 0;
+  const int half_window = static_cast<int>(std::lround(options_.lcp.fine_smoothing / fine.histogram.bin_width / 2));
+
+  ScoredPose refined = coarse;
+  Eigen::Isometry3d rotation = Eigen::Isometry3d::Identity();
+  rotation.linear() = coarse.pose.linear();
+  refined.translation = estimateTranslation(transformSamples(source, rotation),
+                                            target,
+                                            coarse.axes,
+                                            fine,
+                                            &coarse.translation,
+                                            options_.lcp.fine_range_bins * coarse_width,
+                                            half_window);
+  refined.pose.translation() = refined.translation.t_target_source;
+  score(refined, threads_);
+  return refined;
+}
+
+void
+PaperRegistration::runFinePass(std::vector<ScoredPose>& ranked)
+{
+  if (options_.lcp.fine_factor <= 0)
+    return;
+  const StageClock clock;
+  const std::size_t limit = options_.lcp.kernel_sum ? 2 : 1; // 2019 refines the best two
+  std::uint64_t tried = 0, taken = 0;
+  for (std::size_t i = 0; i < std::min(limit, ranked.size()) && !isOutOfTime(); ++i) {
+    ++tried;
+    ScoredPose refined = refineTranslation(ranked[i]);
+    if (refined.score < ranked[i].score)
+      continue;
+    ranked[i] = refined;
+    ++taken;
+  }
+  addStage("fine_pass", clock.elapsed(), tried, taken);
+}
+
+/** \brief A plain figure in [0, 1], not calibrated: the larger the share of the source that lies on the target, and the
+ * further the best distinct rival stays behind, the higher. Directions without planes and unjudged rotations lower it.
+ */
+double
+PaperRegistration::rateConfidence(const std::vector<Candidate>& distinct) const
+{
+  const Candidate& best = distinct.front();
+  if (!(best.score > 0))
+    return 0;
+  const double rival = distinct.size() > 1 ? std::min(distinct[1].score / best.score, 1.0) : 0;
+  const double judged = proposed_ > 0 ? 1 - static_cast<double>(skipped_) / static_cast<double>(proposed_) : 1;
+  const double observed = result_.unobservable.empty() ? 1 : 0.5;
+  return std::sqrt(best.overlap * (1 - rival)) * judged * observed;
+}
+
+void
+PaperRegistration::report(const std::vector<ScoredPose>& ranked)
+{
+  const StageClock clock;
+  const auto toFullPose = [&](const Eigen::Isometry3d& centred) {
+    Eigen::Isometry3d T = centred;
+    T.translation() += target_.normals.origin - centred.linear() * source_.normals.origin;
+    return T;
+  };
+  const std::uint64_t in = ranked.size();
+  std::vector<ScoredPose> distinct;
+  for (const ScoredPose& pose : ranked) {
+    if (static_cast<int>(distinct.size()) >= std::max(options_.max_candidates, 2))
+      break;
+    const bool known = std::any_of(distinct.begin(), distinct.end(), [&](const ScoredPose& kept) {
+      return angleBetween(kept.pose.linear(), pose.pose.linear()) < kDistinctAngle &&
+             (kept.pose.translation() - pose.pose.translation()).norm() < kDistinctShift;
+    });
+    if (known)
+      continue;
+    distinct.push_back(pose);
+    Candidate candidate;
+    candidate.T_target_source = toFullPose(pose.pose);
+    candidate.score = pose.score;
+    candidate.overlap = pose.overlap.ratio;
+    candidate.from_guess = pose.from_guess;
+    result_.candidates.push_back(candidate);
+  }
+  const ScoredPose& best = distinct.front();
+  result_.status = Status::Converged;
+  result_.T_target_source = result_.candidates.front().T_target_source;
+  result_.overlap = best.overlap.ratio;
+  result_.rmse = best.overlap.rmse;
+  for (std::size_t k = 0; k < 3 && !best.from_guess; ++k) {
+    if (best.translation.observed[k])
+      continue;
+    // Moves along neither of the other two axes: what their shifts leave open.
+    const auto column = static_cast<Eigen::Index>(k);
+    UnobservableDirection open;
+    open.direction = best.axes.axes.col((column + 1) % 3).cross(best.axes.axes.col((column + 2) % 3)).normalized();
+    result_.unobservable.push_back(open);
+  }
+  result_.confidence = rateConfidence(result_.candidates);
+  if (static_cast<int>(result_.candidates.size()) > options_.max_candidates)
+    result_.candidates.resize(static_cast<std::size_t>(options_.max_candidates));
+
+  std::ostringstream message;
+  message << "best of " << in << " poses lays " << std::lround(100 * result_.overlap)
+          << " % of the source on the target";
+  if (skipped_ > 0)
+    message << "; the time limit left " << skipped_ << " of " << proposed_ << " rotations unjudged";
+  if (!result_.unobservable.empty())
+    message << "; no plane fixes the shift along " << result_.unobservable.size() << " direction(s), which stays 0";
+  result_.message = message.str();
+  addStage("selection", clock.elapsed(), in, toCount(result_.candidates.size()));
+}
+
+Result
+PaperRegistration::run(const Eigen::Isometry3d* guess)
+{
+  result_.source_viewpoint_used = source_.normals.samples.oriented;
+  result_.target_viewpoint_used = target_.normals.samples.oriented;
+  for (const PaperScan* scan : {&source_, &target_}) {
+    for (StageReport stage : scan->stages) {
+      stage.name = (scan == &source_ ? "source_" : "target_") + stage.name;
+      result_.stages.push_back(stage);
+    }
+  }
+  if (rejectScans())
+    return result_;
+
+  const std::vector<RotationCandidate> rotations = findRotations(); // stages 6 to 8
+  std::vector<ScoredPose> ranked;
+  for (ScoredPose& pose : judgeRotations(rotations)) // stages 9 to 12
+    if (pose.judged)
+      ranked.push_back(pose);
+  const auto byScore = [](const ScoredPose& a, const ScoredPose& b) { return a.score > b.score; };
+  std::stable_sort(ranked.begin(), ranked.end(), byScore);
+  runFinePass(ranked); // stage 13
+  const bool judges_guess =
+      guess && !(options_.gravity && !keepsVertical(guess->linear(), *options_.gravity, options_.gravity->tolerance));
+  if (judges_guess) {
+    ScoredPose candidate;
+    candidate.pose = *guess;
+    candidate.pose.translation() =
+        *guess * source_.normals.origin - target_.normals.origin; // from centred source to centred target
+    candidate.from_guess = true;
+    score(candidate, threads_);
+    ranked.push_back(candidate);
+  }
+  std::stable_sort(ranked.begin(), ranked.end(), byScore);
+
+  if (ranked.empty()) {
+    result_.status = skipped_ > 0 ? Status::TimeLimit : Status::NoCandidate;
+    result_.message = skipped_ > 0 ? "the time limit ran out before a candidate was judged"
+                      : rotations.empty()
+                          ? "no rotation maps two main normals of the source onto two of the target"
+                          : "no third main normal of the target is independent of a matched pair: no translation";
+    return result_;
+  }
+  report(ranked);
+  return result_;
+}
+
+} // namespace
+
+PaperScan
+preparePaperScan(const ScanView& scan, const Options& user_options, bool oriented, const Deadline& deadline)
+{
+  validate(user_options);
+  const Options options = withUserParameters(user_options);
+  const unsigned threads = threadCount(options);
+  PaperScan result;
+  StageClock clock;
+  // Whether the time has run out by the end of a stage: then the stage itself may not be complete.
+  const auto endsIn = [&](const char* name, auto in, auto out) {
+    result.stages.push_back(clock.lap(name, toCount(in), toCount(out)));
+    if (deadline.hasPassed())
+      result.unfinished = name;
+    return !result.unfinished.empty();
+  };
+
+  // Stage 1. The paper thins and estimates within fixed scales; r = 0 and leaf = 0 follow from the data.
+  result.normals = estimateNormals(scan, options.normals, oriented, threads, deadline);
+  const OrientedSamples& samples = result.normals.samples;
+  if (endsIn("normals", scan.count(), samples.size()))
+    return result;
+
+  const DirectionSet image = makeGaussianSphere(samples); // stage 2
+  if (endsIn("gaussian_sphere", samples.size(), image.size()))
+    return result;
+
+  const Eigen::VectorXd density = computeDensity(image, options.density, threads, deadline); // stage 3
+  if (endsIn("density", image.size(), image.size()))
+    return result;
+
+  const std::vector<DenseRegion> regions = findDensestRegions(image, density, options.density); // stage 4
+  if (endsIn("densest_regions", image.size(), regions.size()))
+    return result;
+
+  result.main_normals = findMainNormals(image, regions, options.mean_shift); // stage 5
+  if (endsIn("mean_shift", regions.size(), result.main_normals.size()))
+    return result;
+
+  // The thinning of stage 12.
+  result.lcp_leaf = options.lcp.leaf > 0 ? options.lcp.leaf : deriveLcpLeaf(result.normals.radius);
+  const std::vector<Eigen::Index> columns = samplePerVoxel(samples.points, result.lcp_leaf);
+  result.lcp_points.resize(3, static_cast<Eigen::Index>(columns.size()));
+  for (std::size_t i = 0; i < columns.size(); ++i)
+    result.lcp_points.col(static_cast<Eigen::Index>(i)) = samples.points.col(columns[i]);
+  result.lcp_index = NeighborIndex(result.lcp_points);
+  result.stages.push_back(clock.lap("lcp_thinning", toCount(samples.size()), toCount(columns.size())));
+  return result;
+}
+
+Result
+registerPaperScans(const PaperScan& source,
+                   const PaperScan& target,
+                   const Options& options,
+                   const Eigen::Isometry3d* guess)
+{
+  return registerPaperScans(source, target, options, guess, Deadline::after(options.time_limit));
+}
+
+Result
+registerPaperScans(const PaperScan& source,
+                   const PaperScan& target,
+                   const Options& options,
+                   const Eigen::Isometry3d* guess,
+                   const Deadline& deadline)
+{
+  validate(options);
+  return PaperRegistration(source, target, options, deadline).run(guess);
+}
+
+Options
+makePaper2019Options()
+{
+  constexpr double kDensityRadius = 0.02;
+  Options options = makeOptions(Profile::Paper2017);
+  options.normals.pre_leaf = 0.005;
+  options.normals.away_from_viewpoint = true;
+  options.density.kernel = DensityOptions::Kernel::Gaussian;
+  options.density.radius = kDensityRadius;
+  options.density.max_regions = 8;
+  options.density.silence_chord = chordFromAngle(15 * kDegree);
+  options.density.reject_elongated = true;
+  options.mean_shift.bandwidth = 2 * kDensityRadius;
+  options.mean_shift.merge_chord = 0;
+  options.rotation.angle_tolerance = 3 * kDegree;
+  options.translation.third_axis = TranslationOptions::ThirdAxis::CrossProduct;
+  options.translation.histogram.bin_width = 0.01;
+  options.translation.histogram.clip = HistogramOptions::Clip::MeanSigma;
+  options.translation.histogram.clip_factor = 2;
+  options.translation.correlation.envelope_half_window = 0;
+  options.lcp.leaf = 0.06;
+  options.lcp.kernel_sum = true;
+  return options;
+}
+
+} // namespace pcl_ssfr

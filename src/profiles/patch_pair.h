@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#pragma once
+
+#include "judgement/judged_pose.h"
+#include "judgement/pose_priors.h"
+#include "judgement/visibility_score.h"
+#include "profiles/patch_profile.h"
+#include "refinement/refinement.h"
+
+#include <pcl_ssfr/deadline.h>
+#include <pcl_ssfr/options.h>
+
+#include <Eigen/Geometry>
+
+namespace pcl_ssfr {
+
+/** \brief Two prepared scans and what is known of their pose: how a pose between them is judged and refined in the
+ * default profile. Nothing in it changes, so many threads may use one. Poses are between the inner, centred frames.
+ */
+class PatchPair {
+public:
+  /// Scans and options must outlive it. \param[in] guess between the scans' own frames, may be nullptr
+  PatchPair(const PatchScan& source,
+            const PatchScan& target,
+            const Options& options,
+            const Eigen::Isometry3d* guess,
+            const Deadline& deadline);
+
+  const PosePriors&
+  priors() const
+  {
+    return priors_;
+  }
+  /// Of the scene: the larger one of both scans.
+  double
+  scale() const
+  {
+    return scale_;
+  }
+  int
+  threads() const
+  {
+    return threads_;
+  }
+  const Deadline&
+  deadline() const
+  {
+    return deadline_;
+  }
+  bool
+  outOfTime() const
+  {
+    return deadline_.hasPassed();
+  }
+
+  /// Free space of the target, nullptr when its viewpoint is not believed.
+  const RangeImage*
+  targetImage() const;
+  /// Whether contradictions can be seen at all, both ways.
+  bool
+  seesFreeSpace() const;
+
+  /// What counts as a match and as free space in the search for translations.
+  VisibilityOptions
+  searchTolerances() const;
+  /// ... and for the score of refined poses.
+  VisibilityOptions
+  fineTolerances() const;
+
+  /// Evidence and score of a pose before the fine refinement.
+  void
+  judgeCoarsely(JudgedPose& pose) const;
+  /// ... and after it.
+  void
+  judgeFinely(JudgedPose& pose) const;
+
+  /// A pose refined with the few patches that stand for all: from up to 0.5 m at scale 1.
+  Eigen::Isometry3d
+  refinedCoarsely(const Eigen::Isometry3d& T_target_source) const;
+  /// A pose refined with all patches: from up to 0.2 m at scale 1.
+  Eigen::Isometry3d
+  refinedFinely(const Eigen::Isometry3d& T_target_source) const;
+
+  /// Lay points of each scan onto the patches of the other, and move a finely judged pose there unless that walks away
+  /// or explains less, or Options::refine is off. JudgedPose::polish is the last step at the pose that it leaves.
+  void
+  polish(JudgedPose& pose) const;
+
+  /// Take a finely judged pose to where a refinement has led it, if it explains the scans about as well there, or
+  /// better: a refinement may be drawn away by what moved, or by patches of few points. \return whether it moved
+  bool
+  moveUnlessWorse(JudgedPose& pose, const Eigen::Isometry3d& T_refined) const;
+
+  /// Whether two poses count as one.
+  bool
+  isSamePlace(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) const;
+
+  /// From the scans' own frames to the inner ones, and back.
+  Eigen::Isometry3d
+  toInner(const Eigen::Isometry3d& T_target_source) const;
+  Eigen::Isometry3d
+  toOuter(const Eigen::Isometry3d& T_target_source) const;
+
+private:
+  VisibilityOptions
+  tolerances(double distance, double angle) const;
+  double
+  matchDistance() const;
+  void
+  judge(JudgedPose& pose, const VisibilityOptions& options) const;
+  RefinementOptions
+  refinement(double reach, double final_distance, double angle, int steps) const;
+
+  const PatchScan& source_;
+  const PatchScan& target_;
+  const Options& options_;
+  Deadline deadline_;
+  double scale_;
+  double noise_; ///< of the scans, 1 when usual
+  bool either_side_;
+  int threads_;
+  PosePriors priors_;
+};
+
+} // namespace pcl_ssfr

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#pragma once
+
+#include "preparation/patch_index.h"
+#include "preparation/range_image.h"
+#include "refinement/refinement.h"
+#include "search/pose_search.h"
+
+#include <pcl_ssfr/deadline.h>
+#include <pcl_ssfr/options.h>
+#include <pcl_ssfr/result.h>
+#include <pcl_ssfr/scan_view.h>
+
+#include <string>
+#include <vector>
+
+namespace pcl_ssfr {
+
+/// One scan as the default profile needs it: patches, main normals, lookup, range image.
+struct PatchScan {
+  ScanExtent extent;
+  double scale = 1;                                 ///< of the scene: 1 for rooms to streets, multiplies every length
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero(); ///< subtracted from the points in double [m]
+  bool viewpoint_used = false;                      ///< the viewpoint is believed, or was found ...
+  bool viewpoint_found = false;                     ///< ... in the points
+  Eigen::Vector3d viewpoint = Eigen::Vector3d::Zero(); ///< relative to origin [m]; zero when not believed
+  double thickness = 0;                                ///< that its patches may have [m]
+  PlanarPatches patches;
+  std::vector<MainNormal> main_normals;
+  VotingSamples votes;
+  PlanarPatches coarse; ///< a part of the patches that stands for all in the coarse refinement
+  PatchIndex index;
+  RangeImage range_image; ///< empty when the viewpoint is not believed
+  SurfacePoints surface;  ///< points for the final polish, laid on the patches of the other scan
+  std::vector<StageReport> stages;
+  std::string unfinished; ///< stage in which the time ran out: nothing here may be used then; empty when complete
+};
+
+/** \brief Stages 1 to 5 of the default profile for one scan. Never fails on data: see PatchScan::extent and sizes.
+ * \param[in] deadline when it passes meanwhile: see PatchScan::unfinished
+ */
+PatchScan
+preparePatchScan(const ScanView& scan, const Options& options, const Deadline& deadline = Deadline());
+
+/** \brief Stages 6 to 13 of the default profile: rotations, translations, visibility, refinement, selection.
+ * \param[in] deadline when it passes meanwhile: Status::TimeLimit, with what was found so far; Options::time_limit is
+ * not read
+ */
+Result
+registerPatchScans(const PatchScan& source,
+                   const PatchScan& target,
+                   const Options& options,
+                   const Eigen::Isometry3d* guess,
+                   const Deadline& deadline = Deadline());
+
+// The rest repeats parts of a registration for those who want to see why it ended as it did.
+
+/// What one effort of the search tried.
+struct PatchSearch {
+  PoseSearchOptions options;              ///< of searchTranslations()
+  std::vector<MainNormal> source_normals; ///< main normals, with the vertical where it is given
+  std::vector<MainNormal> target_normals;
+  std::vector<RotationCandidate> rotations; ///< that were tried, best first
+  std::vector<PoseHypothesis> poses; ///< found under all of them, best first; between PatchScan::origin of both scans
+  std::size_t refined = 0; ///< so many of the poses are refined first; others follow unless one of them is clear
+};
+
+/** \brief Stages 6 to 12 once more: one entry for each effort that a registration may make, in their order, without a
+ * time limit. Empty entries where a scan has no main normals.
+ */
+std::vector<PatchSearch>
+repeatSearch(const PatchScan& source, const PatchScan& target, const Options& options);
+
+/** \brief A pose as the selection of registerPatchScans() judges it. \param[in] refine refine it first as candidates
+ * are, without the polish
+ */
+Candidate
+judgePose(const PatchScan& source,
+          const PatchScan& target,
+          const Eigen::Isometry3d& T_target_source,
+          const Options& options,
+          bool refine);
+
+/// The tolerances that judgePose() uses.
+VisibilityOptions
+judgementOptions(const PatchScan& source, const PatchScan& target, const Options& options);
+
+/// How the densest regions of the Gaussian sphere of a scan are found.
+DensityOptions
+patchDensityOptions(const Options& options);
+
+} // namespace pcl_ssfr

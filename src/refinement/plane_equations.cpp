@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#include "refinement/plane_equations.h"
+
+#include "common/vector_clones.h"
+
+#include <Eigen/Eigenvalues>
+
+#include <array>
+#include <cmath>
+
+namespace pcl_ssfr {
+
+namespace {
+
+constexpr double kFreeMotion = 1e-6; // eigenvalues below this share of the largest are motions left free
+
+using Doubles = PlaceBlock::Doubles;
+// Loops read whole groups.
+static_assert(PlaceBlock::kSize % kSumGroup == 0);
+
+/// Sum of the products of two columns.
+[[gnu::always_inline]] inline double
+dot(const Doubles& a, const Doubles& b, std::size_t padded)
+{
+  GroupSums sums{};
+  for (std::size_t i = 0; i < padded; i += kSumGroup)
+    for (std::size_t k = 0; k < kSumGroup; ++k)
+      sums[k] += a[i + k] * b[i + k];
+  return total(sums);
+}
+
+std::size_t
+paddedCount(const PlaneMatches& matches)
+{
+  return (matches.count + kSumGroup - 1) / kSumGroup * kSumGroup;
+}
+
+} // namespace
+
+PlaneEquations&
+PlaneEquations::operator+=(const PlaneEquations& other)
+{
+  hessian += other.hessian;
+  gradient += other.gradient;
+  weight += other.weight;
+  squares += other.squares;
+  matches += other.matches;
+  return *this;
+}
+
+PlaneEquations::Vector6
+PlaneEquations::solve(double lever_arm) const
+{
+  Vector6 units;
+  units << Eigen::Vector3d::Constant(1 / lever_arm), Eigen::Vector3d::Ones();
+  const Matrix6 scaled = units.asDiagonal() * fullHessian() * units.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Matrix6> solver(scaled);
+  const Vector6 projected = solver.eigenvectors().transpose() * (units.asDiagonal() * gradient);
+  Vector6 step = Vector6::Zero();
+  for (int k = 0; k < 6; ++k)
+    if (solver.eigenvalues()[k] > kFreeMotion * solver.eigenvalues()[5])
+      step -= solver.eigenvectors().col(k) * (projected[k] / solver.eigenvalues()[k]);
+  return units.asDiagonal() * step;
+}
+
+PCL_SSFR_VECTOR_CLONES void
+addMatches(PlaneMatches& matches, double scale, double most, PlaneEquations& equations)
+{
+  const std::size_t padded = paddedCount(matches);
+  for (Doubles* column : {&matches.px,
+                          &matches.py,
+                          &matches.pz,
+                          &matches.nx,
+                          &matches.ny,
+                          &matches.nz,
+                          &matches.distance,
+                          &matches.weight})
+    for (std::size_t i = matches.count; i < padded; ++i)
+      (*column)[i] = 0;
+
+  const double square = scale * scale;
+  std::array<Doubles, 3> moments; // p x n
+  std::array<Doubles, 6> weighted;
+  Doubles residuals; // weighted
+  int near = 0;
+  for (std::size_t i = 0; i < padded; ++i) {
+    const double r = matches.distance[i];
+    const double q = square / (square + r * r);
+    const bool counts = std::abs(r) < most;
+    const double w = counts ? matches.weight[i] * (q * q) : 0;
+    matches.weight[i] = w;
+    residuals[i] = w * r;
+    near += static_cast<int>(w > 0);
+  }
+  for (std::size_t i = 0; i < padded; ++i) {
+    moments[0][i] = matches.py[i] * matches.nz[i] - matches.pz[i] * matches.ny[i];
+    moments[1][i] = matches.pz[i] * matches.nx[i] - matches.px[i] * matches.nz[i];
+    moments[2][i] = matches.px[i] * matches.ny[i] - matches.py[i] * matches.nx[i];
+  }
+  const std::array<const Doubles*, 6> jacobian = {
+      &moments[0], &moments[1], &moments[2], &matches.nx, &matches.ny, &matches.nz};
+  for (std::size_t row = 0; row < 6; ++row) {
+    const Doubles& j = *jacobian[row];
+    for (std::size_t i = 0; i < padded; ++i)
+      weighted[row][i] = matches.weight[i] * j[i];
+  }
+  for (std::size_t row = 0; row < 6; ++row) {
+    for (std::size_t column = 0; column <= row; ++column)
+      equations.hessian(static_cast<Eigen::Index>(row), static_cast<Eigen::Index>(column)) +=
+          dot(weighted[row], *jacobian[column], padded);
+    equations.gradient[static_cast<Eigen::Index>(row)] += dot(residuals, *jacobian[row], padded);
+  }
+  double sum = 0;
+  for (std::size_t i = 0; i < padded; ++i)
+    sum += matches.weight[i];
+  equations.weight += sum;
+  equations.squares += dot(residuals, matches.distance, padded);
+  equations.matches += near;
+}
+
+PCL_SSFR_VECTOR_CLONES void
+addSpread(const PlaneMatches& matches, const MatchSpread& spread, PlaneEquations& equations)
+{
+  const std::size_t padded = paddedCount(matches);
+  std::array<Doubles, 3> moments; // spread x n
+  std::array<Doubles, 3> weighted;
+  Doubles lengths; // along the normal
+  for (std::size_t i = 0; i < padded; ++i) {
+    // What is beyond the count has never been written.
+    const bool counts = i < matches.count;
+    const double x = counts ? spread.x[i] : 0;
+    const double y = counts ? spread.y[i] : 0;
+    const double z = counts ? spread.z[i] : 0;
+    moments[0][i] = y * matches.nz[i] - z * matches.ny[i];
+    moments[1][i] = z * matches.nx[i] - x * matches.nz[i];
+    moments[2][i] = x * matches.ny[i] - y * matches.nx[i];
+    lengths[i] = x * matches.nx[i] + y * matches.ny[i] + z * matches.nz[i];
+  }
+  for (std::size_t row = 0; row < 3; ++row)
+    for (std::size_t i = 0; i < padded; ++i)
+      weighted[row][i] = matches.weight[i] * moments[row][i];
+  for (std::size_t row = 0; row < 3; ++row) {
+    for (std::size_t column = 0; column <= row; ++column)
+      equations.hessian(static_cast<Eigen::Index>(row), static_cast<Eigen::Index>(column)) +=
+          dot(weighted[row], moments[column], padded);
+    equations.gradient[static_cast<Eigen::Index>(row)] += dot(weighted[row], lengths, padded);
+  }
+}
+
+} // namespace pcl_ssfr

@@ -1,0 +1,276 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#include "refinement/refinement.h"
+
+#include "common/parallel.h"
+#include "refinement/plane_equations.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+namespace pcl_ssfr {
+
+namespace {
+
+constexpr double kKeptMatches = 0.02; // of the final distance: motion of the pose that leaves the matches as they are
+constexpr double kLeverArm = 5;       // [m] makes rotations and translations comparable in the eigenvalue test
+constexpr double kLeastRms = 0.01;    // of the final distance: what matches are good to, at best
+
+/// What a step of a refinement starts from.
+struct Step {
+  Eigen::Isometry3d T_target_source;
+  Eigen::Vector3d centre;
+  PatchIndex::Tolerance tolerance;
+  double scale;      ///< of the robust weight [m]
+  bool find_matches; ///< else the pose has hardly moved since they were found, and they are kept
+
+  /// Distance from which on a match does not count [m]; those just found are within the tolerance.
+  double
+  farthest() const
+  {
+    return find_matches ? std::numeric_limits<double>::infinity() : static_cast<double>(tolerance.distance);
+  }
+};
+
+/// Call \p add_source(first, count, sum) for blocks of the indices 0 ... source_count - 1, \p add_target likewise, and
+/// add all sums to \p equations. The blocks do not depend on the number of threads, so neither do the bits.
+template <typename AddSource, typename AddTarget>
+void
+addInBlocks(Eigen::Index source_count,
+            Eigen::Index target_count,
+            int threads,
+            PlaneEquations& equations,
+            const AddSource& add_source,
+            const AddTarget& add_target)
+{
+  constexpr Eigen::Index kBlock = PlaceBlock::kSize;
+  const auto blocksOf = [&](Eigen::Index count) { return (count + kBlock - 1) / kBlock; };
+  const Eigen::Index of_source = blocksOf(source_count);
+  const Eigen::Index blocks = of_source + blocksOf(target_count);
+  std::vector<PlaneEquations> sums(static_cast<std::size_t>(blocks));
+  forEachInParallel(blocks, 4, threads, [&](Eigen::Index k) {
+    PlaneEquations sum; // not in its place: neighbours would share lines of the caches
+    const Eigen::Index first = (k < of_source ? k : k - of_source) * kBlock;
+    if (k < of_source)
+      add_source(first, std::min(kBlock, source_count - first), sum);
+    else
+      add_target(first, std::min(kBlock, target_count - first), sum);
+    sums[static_cast<std::size_t>(k)] = sum;
+  });
+  for (const PlaneEquations& sum : sums)
+    equations += sum;
+}
+
+/// Call \p visit(i, p, n, meeting) for those of \p count places from column \p first on that meet a plane: p and n are
+/// place i and its normal after the motion; \p found holds the plane of every place.
+template <typename Columns, typename Visit>
+void
+forEachMeeting(const Columns& points,
+               const Columns& normals,
+               const Eigen::Isometry3d& T_moved,
+               Eigen::Index first,
+               Eigen::Index count,
+               const PatchIndex& planes,
+               const Step& step,
+               std::vector<int>& found,
+               const Visit& visit)
+{
+  PlaceBlock places;
+  places.move(points.col(first).data(), normals.col(first).data(), count, T_moved);
+  int* const found_here = &found[static_cast<std::size_t>(first)];
+  if (step.find_matches)
+    places.find(planes, step.tolerance, found_here);
+  for (std::size_t k = 0; k < places.count; ++k) {
+    if (found_here[k] < 0)
+      continue;
+    const Eigen::Vector3d p = places.place(k);
+    visit(first + static_cast<Eigen::Index>(k), p, places.normal(k), planes.meet(found_here[k], p));
+  }
+}
+
+/// Add what the vertical tells of the tilt, in the unit of the matches: their mean weight over the square of their
+/// distances is what one of them tells of its distance.
+void
+addVertical(const KnownVertical& vertical,
+            const Eigen::Matrix3d& R_target_source,
+            double least_rms,
+            PlaneEquations& equations)
+{
+  const double mean_weight = equations.weight / static_cast<double>(equations.matches);
+  const double square = std::max(equations.squares / equations.weight, least_rms * least_rms);
+  const double information = mean_weight * square / (vertical.deviation * vertical.deviation);
+  const Eigen::Vector3d up = R_target_source * vertical.up_source;
+  equations.hessian.topLeftCorner<3, 3>() += information * (Eigen::Matrix3d::Identity() - up * up.transpose());
+  equations.gradient.head<3>() -= information * up.cross(vertical.up_target);
+}
+
+/// The loop that both refinements share; \p accumulate(step, equations) adds the matches.
+template <typename Accumulate>
+Refinement
+refine(const Eigen::Isometry3d& T_start,
+       const Eigen::Vector3d& centre,
+       const RefinementOptions& options,
+       const Accumulate& accumulate)
+{
+  Refinement result;
+  result.T_target_source = T_start;
+  result.centre = centre;
+  const double first = options.match.distance;
+  const double last = std::min(options.final_distance, first);
+  const int shrinking = std::max(1, options.steps / 2);
+  double moved = std::numeric_limits<double>::infinity(); // since the matches were found [m]
+  for (int step = 0; step < options.steps; ++step) {
+    const double f = std::min(1.0, static_cast<double>(step) / shrinking);
+    PatchIndex::Tolerance tolerance = options.match;
+    tolerance.distance = static_cast<float>(first * std::pow(last / first, f));
+    const Step state = {result.T_target_source,
+                        centre,
+                        tolerance,
+                        0.5 * static_cast<double>(tolerance.distance),
+                        moved > kKeptMatches * last};
+    if (state.find_matches)
+      moved = 0;
+    PlaneEquations equations;
+    accumulate(state, equations);
+    result.steps = step + 1;
+    result.hessian = equations.fullHessian();
+    result.weight = equations.weight;
+    result.matches = equations.matches;
+    result.rms = equations.weight > 0 ? std::sqrt(equations.squares / equations.weight) : 0;
+    if (equations.matches < 3)
+      break;
+    if (options.vertical)
+      addVertical(*options.vertical, result.T_target_source.linear(), kLeastRms * last, equations);
+    const Eigen::Matrix<double, 6, 1> motion = equations.solve(kLeverArm);
+    const Eigen::Isometry3d delta = Eigen::Translation3d(centre) * expSe3(motion) * Eigen::Translation3d(-centre);
+    result.T_target_source = delta * result.T_target_source;
+    moved += kLeverArm * motion.head<3>().norm() + motion.tail<3>().norm();
+    const bool has_settled =
+        f >= 1 && motion.head<3>().norm() < options.min_step && motion.tail<3>().norm() < options.min_step;
+    if (has_settled || options.deadline.hasPassed())
+      break;
+  }
+  result.T_target_source.linear() = Eigen::Quaterniond(result.T_target_source.linear()).normalized().toRotationMatrix();
+  return result;
+}
+
+} // namespace
+
+Eigen::Isometry3d
+expSe3(const Eigen::Matrix<double, 6, 1>& motion)
+{
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  const double angle = motion.head<3>().norm();
+  if (angle > 0)
+    T.linear() = Eigen::AngleAxisd(angle, motion.head<3>() / angle).toRotationMatrix();
+  T.translation() = motion.tail<3>();
+  return T;
+}
+
+Refinement
+refinePatches(const PlanarPatches& source,
+              const PatchIndex& target,
+              const Eigen::Isometry3d& T_target_source,
+              const RefinementOptions& options)
+{
+  if (source.size() == 0)
+    return refine(T_target_source, Eigen::Vector3d::Zero(), options, [](const auto&...) {});
+  const Eigen::Vector3d centre = T_target_source * Eigen::Vector3d(source.samples.points.rowwise().mean());
+  std::vector<int> found(static_cast<std::size_t>(source.size()), -1);
+  return refine(T_target_source, centre, options, [&](const Step& step, PlaneEquations& equations) {
+    const Eigen::Isometry3d& T = step.T_target_source;
+    const auto addPatches = [&](Eigen::Index first, Eigen::Index count, PlaneEquations& sum) {
+      PlaneMatches matches;
+      MatchSpread along, across;
+      const auto add =
+          [&](Eigen::Index i, const Eigen::Vector3d& p, const Eigen::Vector3d& normal, const PatchIndex::Meeting& at) {
+            const Eigen::Vector3d major = T.linear() * source.majors.col(i);
+            along.set(matches.count, source.samples.extents[i] / kHalfWidth * major);
+            across.set(matches.count, source.half_minors[i] / kHalfWidth * normal.cross(major));
+            matches.add(p - centre, at.normal, at.distance, std::sqrt(source.samples.weights[i]) / at.variance);
+          };
+      forEachMeeting(source.samples.points, source.samples.normals, T, first, count, target, step, found, add);
+      addMatches(matches, step.scale, step.farthest(), sum);
+      addSpread(matches, along, sum);
+      addSpread(matches, across, sum);
+    };
+    addInBlocks(source.size(), 0, 1, equations, addPatches, [](const auto&...) {});
+  });
+}
+
+SurfacePoints
+drawSurfacePoints(const ThinnedCloud& cloud, const PlanarPatches& patches, int drawn_of_group, int group, int most)
+{
+  auto size = static_cast<std::uint64_t>(group);
+  const auto share = [&](std::uint64_t count) {
+    return std::min(count, static_cast<std::uint64_t>(drawn_of_group) * ((count + size - 1) / size));
+  };
+  const auto total = [&] {
+    std::uint64_t sum = 0;
+    for (const std::uint32_t count : patches.counts)
+      sum += share(count);
+    return sum;
+  };
+  const std::uint64_t largest =
+      patches.counts.empty() ? 0 : *std::max_element(patches.counts.begin(), patches.counts.end());
+  while (most > 0 && size < largest && total() > static_cast<std::uint64_t>(most))
+    size *= 2;
+  SurfacePoints surface;
+  surface.points.resize(3, static_cast<Eigen::Index>(total()));
+  surface.normals.resize(3, surface.points.cols());
+  Eigen::Index next = 0;
+  for (std::size_t i = 0; i < patches.counts.size(); ++i) {
+    const std::uint64_t count = patches.counts[i];
+    const std::uint64_t drawn = share(count);
+    for (std::uint64_t k = 0; k < drawn; ++k, ++next) {
+      const std::uint64_t point = patches.first_point[i] + (2 * k + 1) * count / (2 * drawn);
+      surface.points.col(next) = cloud.points.col(static_cast<Eigen::Index>(point));
+      surface.normals.col(next) = patches.samples.normals.col(static_cast<Eigen::Index>(i)).cast<float>();
+    }
+  }
+  return surface;
+}
+
+Refinement
+refineMutual(const SurfacePoints& source,
+             const PatchIndex& source_planes,
+             const SurfacePoints& target,
+             const PatchIndex& target_planes,
+             const Eigen::Isometry3d& T_target_source,
+             const RefinementOptions& options)
+{
+  if (source.points.cols() == 0 || target.points.cols() == 0)
+    return refine(T_target_source, Eigen::Vector3d::Zero(), options, [](const auto&...) {});
+  const Eigen::Vector3d centre = T_target_source * Eigen::Vector3d(source.points.cast<double>().rowwise().mean());
+  std::vector<int> found_of_source(static_cast<std::size_t>(source.points.cols()), -1);
+  std::vector<int> found_of_target(static_cast<std::size_t>(target.points.cols()), -1);
+  return refine(T_target_source, centre, options, [&](const Step& step, PlaneEquations& equations) {
+    const Eigen::Isometry3d& T = step.T_target_source;
+    const Eigen::Isometry3d T_source_target = T.inverse();
+    const auto addSource = [&](Eigen::Index first, Eigen::Index count, PlaneEquations& sum) {
+      PlaneMatches matches;
+      const auto add = [&](Eigen::Index, const auto& p, const auto&, const PatchIndex::Meeting& at) {
+        matches.add(p - centre, at.normal, at.distance, 1 / at.variance);
+      };
+      forEachMeeting(source.points, source.normals, T, first, count, target_planes, step, found_of_source, add);
+      addMatches(matches, step.scale, step.farthest(), sum);
+    };
+    // The other way round it is the plane that moves: its distance to a fixed point shrinks along its normal.
+    const auto addTarget = [&](Eigen::Index first, Eigen::Index count, PlaneEquations& sum) {
+      PlaneMatches matches;
+      const auto add = [&](Eigen::Index i, const auto&, const auto&, const PatchIndex::Meeting& at) {
+        const Eigen::Vector3d q = target.points.col(i).cast<double>();
+        matches.add(q - centre, T.linear() * at.normal, -at.distance, 1 / at.variance);
+      };
+      forEachMeeting(
+          target.points, target.normals, T_source_target, first, count, source_planes, step, found_of_target, add);
+      addMatches(matches, step.scale, step.farthest(), sum);
+    };
+    addInBlocks(source.points.cols(), target.points.cols(), options.threads, equations, addSource, addTarget);
+  });
+}
+
+} // namespace pcl_ssfr

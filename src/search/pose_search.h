@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#pragma once
+
+#include "judgement/visibility_score.h"
+#include "search/rotation_candidates.h"
+#include "search/translation.h"
+
+#include <pcl_ssfr/deadline.h>
+
+#include <optional>
+#include <vector>
+
+namespace pcl_ssfr {
+
+/// Translations that are looked at, where there is a prior.
+struct ShiftWindow {
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero(); ///< target frame [m]
+  double radius = 0;                                ///< along each axis of the search [m]
+};
+
+/// Options of the search for translations under a given rotation.
+struct PoseSearchOptions {
+  int samples = 160;               ///< places of the source that vote, >= 8
+  int peaks_first = 5;             ///< correlation peaks tried along the best observed axis, >= 1
+  int peaks_second = 8;            ///< and along the second, >= 1
+  double bin_width = 0.1;          ///< of the histograms [m]
+  double parallel_cos = 0.97;      ///< a patch counts along an axis when its normal is that parallel
+  double peak_separation = 0.3;    ///< [m]
+  double step = 0.25;              ///< of the exhaustive search along the third axis [m]
+  double contradiction_weight = 2; ///< a vote against counts so many votes for
+  int keep = 24;                   ///< poses kept a rotation
+  int rival_votes = 0;             ///< for a pose of another rotation: what stays far below it is not counted in full
+  /// Look for poses under which the scans share little. Where they share much, most votes tell; where they do not,
+  /// poses that lay one scan over the other have more votes than the truth, and only votes against them tell them from
+  /// it. Then all poses are kept that have votes for them in excess of the weighted votes against them, shifts reach to
+  /// where the scans hardly touch, and shifts around the highest peak of a correlation are tried too: surface that is
+  /// seen in common far from both sensors lies off it as soon as the rotation is.
+  bool little_overlap = false;
+  VisibilityOptions visibility;
+  Deadline deadline;                 ///< when it has passed no further line of shifts is looked at
+  std::optional<ShiftWindow> window; ///< none: every translation
+};
+
+/// A pose that deserves a closer look.
+struct PoseHypothesis {
+  Eigen::Isometry3d T_target_source = Eigen::Isometry3d::Identity();
+  double score = 0; ///< share of votes for, less the weighted share of votes against
+  int votes = 0;    ///< for it
+};
+
+/** \brief Places of a scan that vote on poses: drawn systematically from its patches so that every main direction is
+ * heard, with equal weights.
+ */
+struct VotingSamples {
+  Eigen::Matrix3Xf points;  ///< 3 x N [m]
+  Eigen::Matrix3Xf normals; ///< unit, 3 x N
+};
+
+/** \brief Draw about \p count samples that stand for all of a scan, systematically, so that every main direction is
+ * heard. A sample is drawn with the square root of its area, at most once; a direction gets a share that grows with the
+ * square root of the sum of these.
+ * \return indices of the samples, grouped by main direction
+ */
+std::vector<Eigen::Index>
+drawRepresentatives(const OrientedSamples& samples, const std::vector<MainNormal>& main_normals, int count);
+
+/// Representatives as voting samples.
+VotingSamples
+drawVotingSamples(const OrientedSamples& samples, const std::vector<MainNormal>& main_normals, int count);
+
+/** \brief The axes that searchTranslations() looks along, in the target frame: two along which the scans share most
+ * surface, and the direction across both.
+ * \param[in] min_cos a sample faces an axis when its normal is that parallel
+ */
+Eigen::Matrix3d
+chooseSearchAxes(const OrientedSamples& source,
+                 const OrientedSamples& target,
+                 const std::vector<MainNormal>& target_main_normals,
+                 const Eigen::Matrix3d& R_target_source,
+                 double min_cos);
+
+/// The histograms of two scans along an axis and their correlation, as searchTranslations() takes them.
+struct AxisCorrelation {
+  std::vector<HistogramOptions::Facing> facings; ///< forward and backward; either where normals have no sign
+  std::vector<AxisHistogram> source;             ///< one a facing, of the square root of the surface, smoothed
+  std::vector<AxisHistogram> target;             ///< one a facing
+  Correlation sum;                               ///< of the correlations of all facings
+};
+
+/** \brief Correlate the scans along an axis; opposite faces are kept apart, their correlations added (METHOD point 4).
+ * \param[in] source_axis the axis in the source frame, unit \param[in] target_axis the same in the target frame
+ */
+AxisCorrelation
+correlateAlongAxis(const OrientedSamples& source,
+                   const OrientedSamples& target,
+                   const Eigen::Vector3d& source_axis,
+                   const Eigen::Vector3d& target_axis,
+                   const PoseSearchOptions& options);
+
+/// How searchTranslations() takes the \p count highest peaks of a correlation.
+CorrelationOptions
+searchPeakOptions(const PoseSearchOptions& options, int count);
+
+/** \brief Translations for one rotation: correlation peaks along the two best observed axes (METHOD stages 9 to 11),
+ * every shift along the third (METHOD point 14a: it is the axis with few planes on which the truth gets lost), judged
+ * by votes of the samples. \return at most options.keep poses, distinct by peak_separation, best first
+ */
+std::vector<PoseHypothesis>
+searchTranslations(const OrientedSamples& source,
+                   const VotingSamples& votes,
+                   const OrientedSamples& target,
+                   const std::vector<MainNormal>& target_main_normals,
+                   const PatchIndex& target_index,
+                   const RangeImage* target_image,
+                   const Eigen::Matrix3d& R_target_source,
+                   const PoseSearchOptions& options);
+
+} // namespace pcl_ssfr
