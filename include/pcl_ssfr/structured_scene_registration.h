@@ -351,15 +351,15 @@ public:
 #include <pcl_ssfr/impl/structured_scene_registration.hpp>
 #else
 namespace pcl_ssfr {
-extern template class StructuredSceneRegistration<pcl::PointXYZ, pcl::PointXYZ, float>;
-extern template class StructuredSceneRegistration<pcl::PointXYZ, pcl::PointXYZ, double>;
-extern template class StructuredSceneRegistration<pcl::PointXYZI, pcl::PointXYZI, float>;
-extern template class StructuredSceneRegistration<pcl::PointXYZI, pcl::PointXYZI, double>;
-extern template class StructuredSceneRegistration<pcl::PointXYZRGB, pcl::PointXYZRGB, float>;
-extern template class StructuredSceneRegistration<pcl::PointXYZRGB, pcl::PointXYZRGB, double>;
-extern template class StructuredSceneRegistration<pcl::PointNormal, pcl::PointNormal, float>;
-extern template class StructuredSceneRegistration<pcl::PointNormal, pcl::PointNormal, double>;
-extern template class StructuredSceneRegistration<pcl::PointXYZINormal, pcl::PointXYZINormal, float>;
-extern template class StructuredSceneRegistration<pcl::PointXYZINormal, pcl::PointXYZINormal, double>;
+extern template class PCL_SSFR_EXPORT StructuredSceneRegistration<pcl::PointXYZ, pcl::PointXYZ, float>;
+extern template class PCL_SSFR_EXPORT StructuredSceneRegistration<pcl::PointXYZ, pcl::PointXYZ, double>;
+extern template class PCL_SSFR_EXPORT StructuredSceneRegistration<pcl::PointXYZI, pcl::PointXYZI, float>;
+extern template class PCL_SSFR_EXPORT StructuredSceneRegistration<pcl::PointXYZI, pcl::PointXYZI, double>;
+extern template class PCL_SSFR_EXPORT StructuredSceneRegistration<pcl::PointXYZRGB, pcl::PointXYZRGB, float>;
+extern template class PCL_SSFR_EXPORT StructuredSceneRegistration<pcl::PointXYZRGB, pcl::PointXYZRGB, double>;
+extern template class PCL_SSFR_EXPORT StructuredSceneRegistration<pcl::PointNormal, pcl::PointNormal, float>;
+extern template class PCL_SSFR_EXPORT StructuredSceneRegistration<pcl::PointNormal, pcl::PointNormal, double>;
+extern template class PCL_SSFR_EXPORT StructuredSceneRegistration<pcl::PointXYZINormal, pcl::PointXYZINormal, float>;
+extern template class PCL_SSFR_EXPORT StructuredSceneRegistration<pcl::PointXYZINormal, pcl::PointXYZINormal, double>;
 } // namespace pcl_ssfr
 #endif

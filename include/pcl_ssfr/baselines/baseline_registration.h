@@ -201,13 +201,13 @@ public:
 #include <pcl_ssfr/baselines/impl/baseline_registration.hpp>
 #else
 namespace pcl_ssfr::baselines {
-extern template class BaselineRegistration<pcl::PointXYZ, pcl::PointXYZ, float>;
-extern template class BaselineRegistration<pcl::PointXYZ, pcl::PointXYZ, double>;
-extern template class BaselineRegistration<pcl::PointXYZI, pcl::PointXYZI, float>;
-extern template class BaselineRegistration<pcl::PointXYZI, pcl::PointXYZI, double>;
-extern template class BaselineRegistration<pcl::PointNormal, pcl::PointNormal, float>;
-extern template class BaselineRegistration<pcl::PointNormal, pcl::PointNormal, double>;
-extern template class BaselineRegistration<pcl::PointXYZINormal, pcl::PointXYZINormal, float>;
-extern template class BaselineRegistration<pcl::PointXYZINormal, pcl::PointXYZINormal, double>;
+extern template class PCL_SSFR_EXPORT BaselineRegistration<pcl::PointXYZ, pcl::PointXYZ, float>;
+extern template class PCL_SSFR_EXPORT BaselineRegistration<pcl::PointXYZ, pcl::PointXYZ, double>;
+extern template class PCL_SSFR_EXPORT BaselineRegistration<pcl::PointXYZI, pcl::PointXYZI, float>;
+extern template class PCL_SSFR_EXPORT BaselineRegistration<pcl::PointXYZI, pcl::PointXYZI, double>;
+extern template class PCL_SSFR_EXPORT BaselineRegistration<pcl::PointNormal, pcl::PointNormal, float>;
+extern template class PCL_SSFR_EXPORT BaselineRegistration<pcl::PointNormal, pcl::PointNormal, double>;
+extern template class PCL_SSFR_EXPORT BaselineRegistration<pcl::PointXYZINormal, pcl::PointXYZINormal, float>;
+extern template class PCL_SSFR_EXPORT BaselineRegistration<pcl::PointXYZINormal, pcl::PointXYZINormal, double>;
 } // namespace pcl_ssfr::baselines
 #endif

@@ -148,13 +148,13 @@ private:
 #include <pcl_ssfr/baselines/impl/fast_global_registration.hpp>
 #else
 namespace pcl_ssfr::baselines {
-extern template class FastGlobalRegistration<pcl::PointXYZ, pcl::PointXYZ, float>;
-extern template class FastGlobalRegistration<pcl::PointXYZ, pcl::PointXYZ, double>;
-extern template class FastGlobalRegistration<pcl::PointXYZI, pcl::PointXYZI, float>;
-extern template class FastGlobalRegistration<pcl::PointXYZI, pcl::PointXYZI, double>;
-extern template class FastGlobalRegistration<pcl::PointNormal, pcl::PointNormal, float>;
-extern template class FastGlobalRegistration<pcl::PointNormal, pcl::PointNormal, double>;
-extern template class FastGlobalRegistration<pcl::PointXYZINormal, pcl::PointXYZINormal, float>;
-extern template class FastGlobalRegistration<pcl::PointXYZINormal, pcl::PointXYZINormal, double>;
+extern template class PCL_SSFR_EXPORT FastGlobalRegistration<pcl::PointXYZ, pcl::PointXYZ, float>;
+extern template class PCL_SSFR_EXPORT FastGlobalRegistration<pcl::PointXYZ, pcl::PointXYZ, double>;
+extern template class PCL_SSFR_EXPORT FastGlobalRegistration<pcl::PointXYZI, pcl::PointXYZI, float>;
+extern template class PCL_SSFR_EXPORT FastGlobalRegistration<pcl::PointXYZI, pcl::PointXYZI, double>;
+extern template class PCL_SSFR_EXPORT FastGlobalRegistration<pcl::PointNormal, pcl::PointNormal, float>;
+extern template class PCL_SSFR_EXPORT FastGlobalRegistration<pcl::PointNormal, pcl::PointNormal, double>;
+extern template class PCL_SSFR_EXPORT FastGlobalRegistration<pcl::PointXYZINormal, pcl::PointXYZINormal, float>;
+extern template class PCL_SSFR_EXPORT FastGlobalRegistration<pcl::PointXYZINormal, pcl::PointXYZINormal, double>;
 } // namespace pcl_ssfr::baselines
 #endif

@@ -132,13 +132,13 @@ private:
 #include <pcl_ssfr/baselines/impl/go_icp.hpp>
 #else
 namespace pcl_ssfr::baselines {
-extern template class GoIcp<pcl::PointXYZ, pcl::PointXYZ, float>;
-extern template class GoIcp<pcl::PointXYZ, pcl::PointXYZ, double>;
-extern template class GoIcp<pcl::PointXYZI, pcl::PointXYZI, float>;
-extern template class GoIcp<pcl::PointXYZI, pcl::PointXYZI, double>;
-extern template class GoIcp<pcl::PointNormal, pcl::PointNormal, float>;
-extern template class GoIcp<pcl::PointNormal, pcl::PointNormal, double>;
-extern template class GoIcp<pcl::PointXYZINormal, pcl::PointXYZINormal, float>;
-extern template class GoIcp<pcl::PointXYZINormal, pcl::PointXYZINormal, double>;
+extern template class PCL_SSFR_EXPORT GoIcp<pcl::PointXYZ, pcl::PointXYZ, float>;
+extern template class PCL_SSFR_EXPORT GoIcp<pcl::PointXYZ, pcl::PointXYZ, double>;
+extern template class PCL_SSFR_EXPORT GoIcp<pcl::PointXYZI, pcl::PointXYZI, float>;
+extern template class PCL_SSFR_EXPORT GoIcp<pcl::PointXYZI, pcl::PointXYZI, double>;
+extern template class PCL_SSFR_EXPORT GoIcp<pcl::PointNormal, pcl::PointNormal, float>;
+extern template class PCL_SSFR_EXPORT GoIcp<pcl::PointNormal, pcl::PointNormal, double>;
+extern template class PCL_SSFR_EXPORT GoIcp<pcl::PointXYZINormal, pcl::PointXYZINormal, float>;
+extern template class PCL_SSFR_EXPORT GoIcp<pcl::PointXYZINormal, pcl::PointXYZINormal, double>;
 } // namespace pcl_ssfr::baselines
 #endif

@@ -160,13 +160,13 @@ private:
 #include <pcl_ssfr/baselines/impl/super4pcs.hpp>
 #else
 namespace pcl_ssfr::baselines {
-extern template class Super4PCS<pcl::PointXYZ, pcl::PointXYZ, float>;
-extern template class Super4PCS<pcl::PointXYZ, pcl::PointXYZ, double>;
-extern template class Super4PCS<pcl::PointXYZI, pcl::PointXYZI, float>;
-extern template class Super4PCS<pcl::PointXYZI, pcl::PointXYZI, double>;
-extern template class Super4PCS<pcl::PointNormal, pcl::PointNormal, float>;
-extern template class Super4PCS<pcl::PointNormal, pcl::PointNormal, double>;
-extern template class Super4PCS<pcl::PointXYZINormal, pcl::PointXYZINormal, float>;
-extern template class Super4PCS<pcl::PointXYZINormal, pcl::PointXYZINormal, double>;
+extern template class PCL_SSFR_EXPORT Super4PCS<pcl::PointXYZ, pcl::PointXYZ, float>;
+extern template class PCL_SSFR_EXPORT Super4PCS<pcl::PointXYZ, pcl::PointXYZ, double>;
+extern template class PCL_SSFR_EXPORT Super4PCS<pcl::PointXYZI, pcl::PointXYZI, float>;
+extern template class PCL_SSFR_EXPORT Super4PCS<pcl::PointXYZI, pcl::PointXYZI, double>;
+extern template class PCL_SSFR_EXPORT Super4PCS<pcl::PointNormal, pcl::PointNormal, float>;
+extern template class PCL_SSFR_EXPORT Super4PCS<pcl::PointNormal, pcl::PointNormal, double>;
+extern template class PCL_SSFR_EXPORT Super4PCS<pcl::PointXYZINormal, pcl::PointXYZINormal, float>;
+extern template class PCL_SSFR_EXPORT Super4PCS<pcl::PointXYZINormal, pcl::PointXYZINormal, double>;
 } // namespace pcl_ssfr::baselines
 #endif
