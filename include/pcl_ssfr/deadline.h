@@ -7,19 +7,22 @@
 
 namespace pcl_ssfr {
 
-/** \brief The moment at which work shall end: never, or some seconds after it was made.
+/** \brief Point in time at which work must stop: never, or some seconds after it was made.
  *
- * A value that is handed down by reference. Work that takes one looks at it between its steps, at least every few
- * milliseconds; what it gives when the moment has come is said where it takes the deadline. It never throws for that.
+ * Work that takes one checks it between its steps, at least every few milliseconds, and stops without throwing; what is
+ * returned then is said there.
  */
 class Deadline {
 public:
+  /// The clock that counts: it never goes backwards.
   using Clock = std::chrono::steady_clock;
 
-  /// Never.
+  /// A deadline that never passes.
   Deadline() = default;
 
-  /// \p seconds from now [s]; never when that is 0 (an option of 0 means no limit), negative, NaN or beyond a year.
+  /** \brief A deadline some time from now.
+   * \param[in] seconds [s]; 0 (an option of 0 means no limit), negative, NaN or beyond a year: it never passes
+   */
   static Deadline
   after(double seconds)
   {
@@ -33,7 +36,7 @@ public:
     return deadline;
   }
 
-  /// Whether the moment has come; once true, always true.
+  /// Whether it has passed; once true, always true.
   bool
   hasPassed() const
   {

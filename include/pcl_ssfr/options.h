@@ -18,12 +18,12 @@ enum class Profile {
   Paper2017 ///< the method as published, in the constants of the implementation of July 2017
 };
 
-/// Whether the origin (or the viewpoint given) of a scan is believed to be the place of its sensor. The default profile
-/// looks for the place in the points where it is not believed, the paper's does without.
+/// Whether the origin (or the viewpoint given) of a scan is taken to be the place of its sensor. Where it is not, the
+/// default profile looks for the place in the points, and the paper's does without.
 enum class ViewpointMode {
-  Auto,         ///< decided from the points: a scan seen from its sensor has one return a direction
-  SensorOrigin, ///< always believed
-  Unknown,      ///< never believed: only a place found in the points is used, if there is one (see findViewpoint())
+  Auto,         ///< decided from the points: a scan seen from its sensor has one return per direction
+  SensorOrigin, ///< it is, always
+  Unknown,      ///< it is not: only a place found in the points is used, if there is one
   Unused        ///< no place at all: unsigned normals, no free-space reasoning
 };
 
@@ -35,7 +35,7 @@ struct GravityPrior {
   double tolerance = 0.0873;
 };
 
-/// How good the caller's guess is: only poses within it are considered.
+/// How exact the caller's guess is: only poses within it are considered.
 struct GuessTolerance {
   double rotation = 0.1;  ///< angle between the rotations [rad], (0, pi]
   double translation = 1; ///< distance between where the poses put the source's sensor [m], > 0
@@ -56,8 +56,8 @@ struct PatchOptions {
  * Build one by makeOptions(profile); change fields; the registration validates them.
  */
 struct Options {
-  Profile profile = Profile::Default;
-  ViewpointMode viewpoint_mode = ViewpointMode::Auto;
+  Profile profile = Profile::Default;                 ///< which method
+  ViewpointMode viewpoint_mode = ViewpointMode::Auto; ///< where the sensors are
 
   // The three parameters of the paper; 0: from the data.
   double normal_radius = 0;  ///< r [m], 0 or > 0
@@ -73,28 +73,28 @@ struct Options {
   unsigned threads = 1;      ///< 0: all processors, at most kMaxThreads; the result never depends on it
   /// Only poses that keep it are considered; the noise of scans may take a pose 0.01 rad beyond its tolerance.
   std::optional<GravityPrior> gravity;
-  /// Of the guess, when there is one: only poses within it are considered, turns up to 0.01 rad beyond it. None: the
-  /// guess is one candidate among all. Not read by Paper2017.
+  /// Of the guess, when there is one: only poses within it are considered, rotations up to 0.01 rad beyond it. None:
+  /// the guess is one candidate among all. Not read by Paper2017.
   std::optional<GuessTolerance> guess_tolerance;
   int max_candidates = 10;     ///< distinct poses listed in the result, >= 1
   double min_confidence = 0.7; ///< accept an answer from this confidence on, [0, 1]; not read by Paper2017
 
   // Stages. Profile::Default reads only patches, and has the other stages' constants of its own; Profile::Paper2017
   // reads all but patches. The scales above, when they are set, go before the stages' own.
-  PatchOptions patches;
-  NormalOptions normals;
-  DensityOptions density;
-  MeanShiftOptions mean_shift;
-  RotationOptions rotation;
-  TranslationOptions translation;
-  LcpOptions lcp;
+  PatchOptions patches;           ///< planar patches; Profile::Default only
+  NormalOptions normals;          ///< normals
+  DensityOptions density;         ///< densest regions of the Gaussian sphere
+  MeanShiftOptions mean_shift;    ///< main normals
+  RotationOptions rotation;       ///< candidate rotations
+  TranslationOptions translation; ///< translations
+  LcpOptions lcp;                 ///< selection and fine pass
 };
 
 /// More threads than this are an error: a system that refuses to start them would end the process.
 constexpr unsigned kMaxThreads = 1024;
 
 /// The number of threads, >= 1, that \p requested stands for. 0: as many as OMP_NUM_THREADS allows (or
-/// omp_set_num_threads()), at most one a processor that this process may use.
+/// omp_set_num_threads()), at most one per processor that this process may use.
 PCL_SSFR_EXPORT unsigned
 threadCount(unsigned requested);
 

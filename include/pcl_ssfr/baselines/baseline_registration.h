@@ -46,9 +46,13 @@ namespace pcl_ssfr::baselines {
 template <typename PointSource, typename PointTarget, typename Scalar = float>
 class PCL_SSFR_EXPORT BaselineRegistration : public pcl::Registration<PointSource, PointTarget, Scalar> {
 public:
+  /// The base class.
   using Base = pcl::Registration<PointSource, PointTarget, Scalar>;
+  /// This class.
   using Self = BaselineRegistration<PointSource, PointTarget, Scalar>;
+  /// Shared pointer to it.
   using Ptr = pcl::shared_ptr<Self>;
+  /// Shared pointer to a constant one.
   using ConstPtr = pcl::shared_ptr<const Self>;
 
   using typename Base::Matrix4;
@@ -168,6 +172,7 @@ protected:
   unsigned
   threads() const;
 
+  /// Called by align() of the base once the clouds are known to be set: runs the method and fills the output.
   void
   computeTransformation(PointCloudSource& output, const Matrix4& guess) final;
 

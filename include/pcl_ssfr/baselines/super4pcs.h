@@ -74,9 +74,13 @@ registerSuper4Pcs(const ScanView& source,
 template <typename PointSource, typename PointTarget, typename Scalar = float>
 class PCL_SSFR_EXPORT Super4PCS : public BaselineRegistration<PointSource, PointTarget, Scalar> {
 public:
+  /// The base class.
   using Base = BaselineRegistration<PointSource, PointTarget, Scalar>;
+  /// This class.
   using Self = Super4PCS<PointSource, PointTarget, Scalar>;
+  /// Shared pointer to it.
   using Ptr = pcl::shared_ptr<Self>;
+  /// Shared pointer to a constant one.
   using ConstPtr = pcl::shared_ptr<const Self>;
 
   Super4PCS();
