@@ -41,7 +41,7 @@ struct GuessTolerance {
   double translation = 1; ///< distance between where the poses put the source's sensor [m], > 0
 };
 
-/// Options of the planar patches (METHOD point 12). Lengths of 0 follow from the data.
+/// Options of the planar patches (docs/METHOD.md, Patches). Lengths of 0 follow from the data.
 struct PatchOptions {
   double thickness = 0;       ///< largest standard deviation across the plane [m]; 0: from the scale of the scene
   double range_noise = 0.001; ///< growth of the thickness with range [m/m], >= 0
