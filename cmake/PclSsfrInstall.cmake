@@ -12,8 +12,12 @@ install(TARGETS ${pcl_ssfr_installed} EXPORT pcl_ssfrTargets
         ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}"
         LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}"
         RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}")
+set(pcl_ssfr_left_out "")
+if(NOT PCL_SSFR_BUILD_BASELINES)
+  set(pcl_ssfr_left_out PATTERN "baselines" EXCLUDE)
+endif()
 install(DIRECTORY "${PROJECT_SOURCE_DIR}/include/pcl_ssfr" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}"
-        FILES_MATCHING PATTERN "*.h" PATTERN "*.hpp")
+        FILES_MATCHING PATTERN "*.h" PATTERN "*.hpp" ${pcl_ssfr_left_out})
 install(FILES "${PROJECT_BINARY_DIR}/include/pcl_ssfr/export.h" "${PROJECT_BINARY_DIR}/include/pcl_ssfr/version.h"
         DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/pcl_ssfr")
 
