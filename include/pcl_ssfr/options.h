@@ -5,6 +5,7 @@
 
 #include <pcl_ssfr/export.h>
 #include <pcl_ssfr/paper_options.h>
+#include <pcl_ssfr/patch_config.h>
 
 #include <Eigen/Core>
 
@@ -82,6 +83,7 @@ struct Options {
   // Stages. Profile::Default reads only patches, and has the other stages' constants of its own; Profile::Paper2017
   // reads all but patches. The scales above, when they are set, go before the stages' own.
   PatchOptions patches;           ///< planar patches; Profile::Default only
+  PatchProfileConfig patch_profile; ///< tuned numbers of Profile::Default
   NormalOptions normals;          ///< normals
   DensityOptions density;         ///< densest regions of the Gaussian sphere
   MeanShiftOptions mean_shift;    ///< main normals
