@@ -71,16 +71,15 @@ struct EvidenceConfig {
 
 /** \brief The posterior over the poses of a pair and "none of them" (METHOD, "Posterior").
  *
- * Log odds that the truth is among them: known + clear log(c) + third log(t) + score log(s) + matches log(n), where s is
- * the score of the best pose's facing patches, c the share of the matches that contradictions leave of it, t the
- * matched surface that faces the least represented direction and n the weighted number of its facing matches. Among them pose k has
- * the log weight significance S_k sqrt(N) + lead log(S_k), S_k its score and N the weighted number of patches.
+ * Log odds that the truth is among them: known + clear log(c) + third log(t) + matches log(n), where, of the best pose, c
+ * is the share of the matches that contradictions leave, t the matched surface that faces the least represented
+ * direction and n the weighted number of matches; c and n of the patches that face their sensor. Among them pose k has the
+ * log weight significance S_k sqrt(N) + lead log(S_k), S_k its score and N the weighted number of patches.
  */
 struct PosteriorConfig {
   double known;        ///< constant, fitted
   double clear;        ///< fitted
   double third;        ///< fitted
-  double score;        ///< fitted
   double matches;      ///< fitted
   double significance; ///< fitted
   double lead;         ///< fitted
@@ -89,9 +88,9 @@ struct PosteriorConfig {
 /// What follows from the posterior.
 struct JudgementConfig {
   EvidenceConfig evidence;
-  PosteriorConfig posterior = {6.98, 5.37, 1.50, -0.76, 1.46, 0.9, 3.5};
+  PosteriorConfig posterior = {1.09, 5.73, 1.49, 1.58, 0.86, 4.65};
   /// The same where a viewpoint is not known: nothing can contradict.
-  PosteriorConfig posterior_blind = {6.0, 0, 0.6, 1.1, 0.7, 0.4, 3.5};
+  PosteriorConfig posterior_blind = {0.40, 0, 1.08, 0.99, 0.38, 1.93};
   double rival = 0.05;          ///< odds beside the best pose from which on another one is polished too
   double decided = 0.9;         ///< probability that the truth is among the poses from which on none is looked for
   double hopeless = 1e-3;       ///< odds against the best pose below which one is not refined or polished any further

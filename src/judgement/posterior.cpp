@@ -23,7 +23,6 @@ logOddsOfAny(const ScoredPose& best, const PosteriorConfig& config)
   const double clear = best.facing_score * facing.total / std::max(facing.matched, kLeastShare);
   return config.known + config.clear * std::log(std::clamp(clear, kLeastClear, 1.0)) +
          config.third * std::log(thirdDirection(best.evidence) + kLeastShare) +
-         config.score * std::log(std::max(best.facing_score, kLeastScore)) +
          config.matches * std::log(facing.matched + 1);
 }
 
