@@ -4,13 +4,21 @@
 #pragma once
 
 #include <chrono>
+#include <ctime>
 
 namespace pcl_ssfr {
 
-/** \brief The moment at which work shall end: never, or some seconds after it was made.
+/// What a time limit counts.
+enum class TimeLimitClock {
+  Wall,     ///< time that passes
+  Processor ///< processor time of the whole process, all threads: does not depend on what else runs on the machine
+};
+
+/** \brief Point in time at which work must stop: never, or some seconds after it was made.
  *
  * A value that is handed down by reference. Work that takes one looks at it between its steps, at least every few
- * milliseconds; what it gives when the moment has come is said where it takes the deadline. It never throws for that.
+ * milliseconds; what it gives once the deadline has passed is said where it takes the deadline. It never throws for
+ * that.
  */
 class Deadline {
 public:
@@ -21,28 +29,41 @@ public:
 
   /// \p seconds from now [s]; never when that is 0 (an option of 0 means no limit), negative, NaN or beyond a year.
   static Deadline
-  after(double seconds)
+  after(double seconds, TimeLimitClock clock = TimeLimitClock::Wall)
   {
     constexpr double kForever = 365.0 * 24 * 3600; // [s] beyond, the clock's count may overflow
     Deadline deadline;
     if (seconds > 0 && seconds < kForever) {
+      deadline.counts_ = clock;
       deadline.is_set_ = true;
       deadline.end_ =
           Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
+      deadline.processor_end_ = processorTime() + seconds;
     }
     return deadline;
   }
 
-  /// Whether the moment has come; once true, always true.
+  /// Whether it has passed; once true, always true.
   bool
   hasPassed() const
   {
-    return is_set_ && Clock::now() >= end_;
+    if (!is_set_)
+      return false;
+    return counts_ == TimeLimitClock::Wall ? Clock::now() >= end_ : processorTime() >= processor_end_;
   }
 
 private:
+  /// Of the whole process [s].
+  static double
+  processorTime()
+  {
+    return static_cast<double>(std::clock()) / static_cast<double>(CLOCKS_PER_SEC);
+  }
+
   bool is_set_ = false;
+  TimeLimitClock counts_ = TimeLimitClock::Wall;
   Clock::time_point end_;
+  double processor_end_ = 0; ///< of the processor time [s]
 };
 
 } // namespace pcl_ssfr

@@ -12,9 +12,9 @@ namespace pcl_ssfr {
 
 /// Options of the paper's point sampling and normals (paper, section 3.1; METHOD stage 1).
 struct NormalOptions {
-  double pre_leaf = 0.01; ///< keep one real point a voxel of this size before the normals [m]; 0: keep all
+  double pre_leaf = 0.01; ///< keep one real point per voxel of this size before the normals [m]; 0: keep all
   double radius = 0;      ///< PCA radius r [m]; 0: from the data
-  double leaf = 0;        ///< keep one real point a voxel of this size after the normals [m]; 0: from the data
+  double leaf = 0;        ///< keep one real point per voxel of this size after the normals [m]; 0: from the data
   double max_range = 0;   ///< drop points farther than this from the viewpoint [m]; 0: no bound
   bool away_from_viewpoint = false; ///< sign of the normals: towards the viewpoint (2017) or away from it (2019)
   bool use_given_normals = true;    ///< take finite unit normals that the scan already carries
@@ -106,6 +106,16 @@ struct LcpOptions {
   int fine_factor = 100;        ///< the fine pass uses bin_width / fine_factor; 0: no fine pass
   double fine_smoothing = 0.01; ///< width of the mean filter of the fine pass [m]
   double fine_range_bins = 1.5; ///< shifts are searched within so many coarse bins
+};
+
+/// All stages of the method as published.
+struct PaperOptions {
+  NormalOptions normals;
+  DensityOptions density;
+  MeanShiftOptions mean_shift;
+  RotationOptions rotation;
+  TranslationOptions translation;
+  LcpOptions lcp;
 };
 
 } // namespace pcl_ssfr

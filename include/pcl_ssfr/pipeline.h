@@ -10,10 +10,11 @@ namespace pcl_ssfr {
 
 /** \brief Global registration of two prepared scans: the pose that maps source points into the target frame.
  *
- * Both must have been prepared with these \p options. Same input, same bits, for any number of threads.
- * When Options::time_limit seconds are over, the status is Status::TimeLimit, and Result holds the best poses so far:
- * what speaks against them may not have been found, nor are they exact. (Profile::Paper2017 judges what it has.)
- * \param[in] guess optional: refined and judged as one more candidate; never needed, never degrades the answer
+ * Both must have been prepared with these \p options, of which the preparation reads a part (see
+ * PreparedScan::isPreparedWith()); scans of another profile are Status::InvalidInput. Same input, same bits, for any
+ * number of threads. When Options::time_limit seconds are over, the status is Status::TimeLimit, and Result holds the
+ * best poses so far: what contradicts them may not have been found, nor are they exact. (Profile::Paper2017 ranks what
+ * it has.) \param[in] guess optional: refined and judged as one more candidate; never needed, never degrades the answer
  * \throw std::invalid_argument when \p options are out of range. Data never throw: Result::status says what happened.
  */
 PCL_SSFR_EXPORT Result

@@ -82,8 +82,9 @@ struct Result {
   Eigen::Isometry3d T_target_source = Eigen::Isometry3d::Identity(); ///< best pose; meaningful when accepted
   double overlap = 0;                                                ///< of the best pose, [0, 1]
   double contradiction = 0;                                          ///< of the best pose, [0, 1]
-  double confidence = 0; ///< estimated probability that the pose is right, [0, 1]
-  double rmse = 0;       ///< root mean square point-to-plane distance over the inliers [m]
+  double confidence =
+      0;           ///< estimated probability that the pose is right, [0, 1]; Paper2017 estimates none and leaves 0
+  double rmse = 0; ///< root mean square point-to-plane distance over the inliers [m]
   /// Information matrix (inverse covariance) of the pose, order (rotation [rad], translation [m]): a small motion
   /// (w, v) applied on the left about the target's origin, T <- Exp(w, v) T. Zero when nothing was judged.
   Eigen::Matrix<double, 6, 6> information = Eigen::Matrix<double, 6, 6>::Zero();

@@ -63,7 +63,8 @@ namespace pcl_ssfr {
  * setGuessTolerance() it is a prior instead.
  *
  * **Cached work.** The target and the source are prepared once and kept until their setter (or setIndices(), or the
- * setter of an option that matters) is called again. A cloud edited in place must therefore be set again.
+ * setter of a viewpoint) is called again, or align() finds another value of an option that the preparation reads
+ * (PreparationOptions, and the stages of the profile). A cloud edited in place must therefore be set again.
  *
  * **Work on demand.** The search tree of the target takes 1.7 times the memory of a cloud of pcl::PointXYZ, and the
  * registration has no use for it: it is built when getFitnessScore() or getCorrespondences() first asks it, from the
@@ -172,10 +173,7 @@ public:
   /// Width of the bins of the translation histograms [m]; 0 (default): from the data.
   void
   setBinWidth(double width);
-  /** \brief Choose the method: Profile::Default, or the paper's as published.
-   *
-   * What was set by name on this object is kept, stage options changed by setOptions() are replaced.
-   */
+  /// Choose the method: Profile::Default, or the paper's as published. Every other option is kept.
   void
   setProfile(Profile profile);
   /// Number of threads; 0: all processors. The result does not depend on it.
@@ -296,9 +294,10 @@ private:
     CorrespondenceDistance = 1U << 9U, // not ignored as such, but not a distance
   };
 
-  /// Set \p candidate as the options when it is valid; the prepared scans are dropped when \p drops_prepared.
+  /// Set the options as \p change leaves a copy of them when that is valid; else report it for \p setter.
+  template <typename Change>
   void
-  tryOptions(const char* setter, const Options& candidate, bool drops_prepared);
+  changeOptions(const char* setter, const Change& change);
   void
   dropPrepared();
   /// Nothing was computed for the clouds as they are now.
@@ -327,14 +326,10 @@ private:
   notifyVisualizer();
 
   Options options_;
-  std::optional<bool> refine_; ///< set by setRefinement(), outlives setProfile()
   std::optional<Eigen::Vector3d> source_viewpoint_;
   std::optional<Eigen::Vector3d> target_viewpoint_;
-  PreparedScan prepared_source_;       ///< of (input_, indices_) as last announced; empty: to be made
-  PreparedScan prepared_target_;       ///< of target_ as last announced; empty: to be made
-  double prepared_overlap_radius_ = 0; ///< inherited settings that the prepared scans were made with
-  int prepared_refinement_steps_ = 0;
-  bool prepared_refine_ = false;
+  PreparedScan prepared_source_; ///< of (input_, indices_) as last announced; empty: to be made
+  PreparedScan prepared_target_; ///< of target_ as last announced; empty: to be made
   Result result_;
   mutable bool correspondences_wanted_ = false;     ///< a pose was accepted, and nobody has asked for them yet
   double correspondence_radius_ = 0;                ///< of them [m]; 0: from the data

@@ -88,7 +88,7 @@ searchTranslations(const GoIcpProblem& problem, const GoIcpProblem::RotatedSourc
     result.lower = std::min(node.lower, task.prune_above);
     if (node.lower >= task.prune_above || result.best < task.stop_below || result.best - node.lower <= task.tolerance ||
         std::sqrt(3.0) * node.cube.half < task.finest || result.nodes >= task.nodes ||
-        (result.nodes / kChildren % kClockEvery == kClockEvery - 1 && task.deadline.isPast()))
+        (result.nodes / kChildren % kClockEvery == kClockEvery - 1 && task.deadline.hasPassed()))
       return result;
     queue.pop();
     for (int c = 0; c < kChildren; ++c) {
@@ -195,7 +195,7 @@ private:
   {
     if (limits_.nodes > 0 && optimum_.nodes >= limits_.nodes)
       optimum_.stop = GoIcpOptimum::Stop::NodeLimit;
-    else if (limits_.deadline.isPast())
+    else if (limits_.deadline.hasPassed())
       optimum_.stop = GoIcpOptimum::Stop::TimeLimit;
     else
       return false;

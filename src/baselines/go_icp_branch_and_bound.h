@@ -3,8 +3,9 @@
 
 #pragma once
 
-#include "deadline.h"
 #include "go_icp_problem.h"
+
+#include <pcl_ssfr/deadline.h>
 
 #include <Eigen/Geometry>
 

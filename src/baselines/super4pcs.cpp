@@ -5,7 +5,6 @@
 
 #include "baseline_scan.h"
 #include "congruent_sets.h"
-#include "deadline.h"
 #include "lcp_verifier.h"
 #include "option_checks.h"
 #include "preparation/thinning.h"
@@ -165,7 +164,7 @@ registerSuper4Pcs(const ScanView& source,
                   const Super4PcsOptions& options,
                   const std::optional<Eigen::Isometry3d>& guess)
 {
-  const Deadline deadline(options.time_limit, options.time_limit_clock);
+  const Deadline deadline = Deadline::after(options.time_limit, options.time_limit_clock);
   validate(options);
   Super4PcsOptions used = options;
   BaselineResult result;
@@ -211,7 +210,7 @@ registerSuper4Pcs(const ScanView& source,
     best.inliers = verifier.count(best.T_target_source, 0);
   }
   int bases = 0;
-  for (; result.iterations < max_bases && best.inliers < wanted && !deadline.isPast(); ++result.iterations) {
+  for (; result.iterations < max_bases && best.inliers < wanted && !deadline.hasPassed(); ++result.iterations) {
     const std::optional<CoplanarBase> base = selectBase(target_scan.points, max_diameter, delta, engine);
     if (!base)
       continue;
@@ -243,7 +242,7 @@ registerSuper4Pcs(const ScanView& source,
   result.converged = best.inliers > 0 && result.overlap >= least;
   result.message = (result.converged ? "LCP " : "the best LCP is ") + shortNumber(result.overlap) +
                    (result.converged ? "" : ", " + shortNumber(least) + " needed") + ", " + std::to_string(bases) +
-                   " bases" + (deadline.isPast() ? ", stopped by the time limit" : "");
+                   " bases" + (deadline.hasPassed() ? ", stopped by the time limit" : "");
   return result;
 }
 

@@ -44,24 +44,6 @@ reportWarning(const std::string& class_name, const char* where, const std::strin
   PCL_WARN("[pcl_ssfr::%s::%s] %s.\n", class_name.c_str(), where, text.c_str());
 }
 
-Options
-switchProfile(const Options& previous, Profile profile)
-{
-  Options options = makeOptions(profile);
-  options.viewpoint_mode = previous.viewpoint_mode;
-  options.normal_radius = previous.normal_radius;
-  options.density_radius = previous.density_radius;
-  options.bin_width = previous.bin_width;
-  options.leaf = previous.leaf;
-  options.max_refinement_steps = previous.max_refinement_steps;
-  options.overlap_radius = previous.overlap_radius;
-  options.time_limit = previous.time_limit;
-  options.threads = previous.threads;
-  options.gravity = previous.gravity;
-  options.max_candidates = previous.max_candidates;
-  return options;
-}
-
 std::optional<Eigen::Isometry3d>
 rigidGuess(const Eigen::Matrix4d& guess)
 {

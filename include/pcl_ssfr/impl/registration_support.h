@@ -31,13 +31,6 @@ reportError(const std::string& class_name, const char* setter, const std::string
 PCL_SSFR_EXPORT void
 reportWarning(const std::string& class_name, const char* where, const std::string& text);
 
-/** \brief The options of \p profile with everything kept that a user sets by name in \p previous: the paper's three
- * parameters, leaf, viewpoint mode, gravity, overlap radius, refinement steps, threads, time limit and candidates
- * listed.
- */
-PCL_SSFR_EXPORT Options
-switchProfile(const Options& previous, Profile profile);
-
 /// The rigid motion nearest to \p guess; nothing when it is not finite or far from rigid (scale, shear, mirror).
 PCL_SSFR_EXPORT std::optional<Eigen::Isometry3d>
 rigidGuess(const Eigen::Matrix4d& guess);

@@ -206,54 +206,42 @@ template <typename PointSource, typename PointTarget, typename Scalar>
 void
 StructuredSceneRegistration<PointSource, PointTarget, Scalar>::setNormalRadius(double radius)
 {
-  Options options = options_;
-  options.normal_radius = radius;
-  tryOptions("setNormalRadius", options, true);
+  changeOptions("setNormalRadius", [&](Options& options) { options.normal_radius = radius; });
 }
 
 template <typename PointSource, typename PointTarget, typename Scalar>
 void
 StructuredSceneRegistration<PointSource, PointTarget, Scalar>::setDensityRadius(double chord)
 {
-  Options options = options_;
-  options.density_radius = chord;
-  tryOptions("setDensityRadius", options, true);
+  changeOptions("setDensityRadius", [&](Options& options) { options.density_radius = chord; });
 }
 
 template <typename PointSource, typename PointTarget, typename Scalar>
 void
 StructuredSceneRegistration<PointSource, PointTarget, Scalar>::setBinWidth(double width)
 {
-  Options options = options_;
-  options.bin_width = width;
-  tryOptions("setBinWidth", options, true);
+  changeOptions("setBinWidth", [&](Options& options) { options.bin_width = width; });
 }
 
 template <typename PointSource, typename PointTarget, typename Scalar>
 void
 StructuredSceneRegistration<PointSource, PointTarget, Scalar>::setProfile(Profile profile)
 {
-  Options options = detail::switchProfile(options_, profile);
-  options.refine = refine_.value_or(options.refine);
-  tryOptions("setProfile", options, true);
+  changeOptions("setProfile", [&](Options& options) { options.profile = profile; });
 }
 
 template <typename PointSource, typename PointTarget, typename Scalar>
 void
 StructuredSceneRegistration<PointSource, PointTarget, Scalar>::setNumberOfThreads(unsigned threads)
 {
-  Options options = options_;
-  options.threads = threads;
-  tryOptions("setNumberOfThreads", options, false);
+  changeOptions("setNumberOfThreads", [&](Options& options) { options.threads = threads; });
 }
 
 template <typename PointSource, typename PointTarget, typename Scalar>
 void
 StructuredSceneRegistration<PointSource, PointTarget, Scalar>::setViewpointMode(ViewpointMode mode)
 {
-  Options options = options_;
-  options.viewpoint_mode = mode;
-  tryOptions("setViewpointMode", options, true);
+  changeOptions("setViewpointMode", [&](Options& options) { options.viewpoint_mode = mode; });
 }
 
 template <typename PointSource, typename PointTarget, typename Scalar>
@@ -284,9 +272,14 @@ template <typename PointSource, typename PointTarget, typename Scalar>
 void
 StructuredSceneRegistration<PointSource, PointTarget, Scalar>::clearViewpoints()
 {
+  if (source_viewpoint_) {
+    prepared_source_ = PreparedScan();
+  }
+  if (target_viewpoint_) {
+    prepared_target_ = PreparedScan();
+  }
   source_viewpoint_.reset();
   target_viewpoint_.reset();
-  dropPrepared();
 }
 
 template <typename PointSource, typename PointTarget, typename Scalar>
@@ -302,9 +295,9 @@ StructuredSceneRegistration<PointSource, PointTarget, Scalar>::setGravity(const 
                         "directions must be finite and not 0, the tolerance in (0, pi]; the old value is kept");
     return;
   }
-  Options options = options_;
-  options.gravity = GravityPrior{up_source.stableNormalized(), up_target.stableNormalized(), tolerance};
-  tryOptions("setGravity", options, true);
+  changeOptions("setGravity", [&](Options& options) {
+    options.gravity = GravityPrior{up_source.stableNormalized(), up_target.stableNormalized(), tolerance};
+  });
 }
 
 template <typename PointSource, typename PointTarget, typename Scalar>
@@ -312,16 +305,15 @@ void
 StructuredSceneRegistration<PointSource, PointTarget, Scalar>::clearGravity()
 {
   options_.gravity.reset();
-  dropPrepared();
 }
 
 template <typename PointSource, typename PointTarget, typename Scalar>
 void
 StructuredSceneRegistration<PointSource, PointTarget, Scalar>::setGuessTolerance(double rotation, double translation)
 {
-  Options options = options_;
-  options.guess_tolerance = GuessTolerance{rotation, translation};
-  tryOptions("setGuessTolerance", options, false);
+  changeOptions("setGuessTolerance", [&](Options& options) {
+    options.guess_tolerance = GuessTolerance{rotation, translation};
+  });
 }
 
 template <typename PointSource, typename PointTarget, typename Scalar>
@@ -335,18 +327,14 @@ template <typename PointSource, typename PointTarget, typename Scalar>
 void
 StructuredSceneRegistration<PointSource, PointTarget, Scalar>::setRefinement(bool refine)
 {
-  refine_ = refine;
   options_.refine = refine;
-  dropPrepared();
 }
 
 template <typename PointSource, typename PointTarget, typename Scalar>
 void
 StructuredSceneRegistration<PointSource, PointTarget, Scalar>::setTimeLimit(double seconds)
 {
-  Options options = options_;
-  options.time_limit = seconds;
-  tryOptions("setTimeLimit", options, false);
+  changeOptions("setTimeLimit", [&](Options& options) { options.time_limit = seconds; });
 }
 
 template <typename PointSource, typename PointTarget, typename Scalar>
@@ -357,10 +345,8 @@ StructuredSceneRegistration<PointSource, PointTarget, Scalar>::setOptions(const 
     return;
   }
   options_ = options;
-  refine_ = options.refine;
   max_iterations_ = options.max_refinement_steps;
   corr_dist_threshold_ = options.overlap_radius > 0 ? options.overlap_radius : detail::kUnsetCorrespondenceDistance;
-  dropPrepared();
 }
 
 template <typename PointSource, typename PointTarget, typename Scalar>
@@ -456,17 +442,14 @@ StructuredSceneRegistration<PointSource, PointTarget, Scalar>::getCorrespondence
 }
 
 template <typename PointSource, typename PointTarget, typename Scalar>
+template <typename Change>
 void
-StructuredSceneRegistration<PointSource, PointTarget, Scalar>::tryOptions(const char* setter,
-                                                                          const Options& candidate,
-                                                                          bool drops_prepared)
+StructuredSceneRegistration<PointSource, PointTarget, Scalar>::changeOptions(const char* setter, const Change& change)
 {
-  if (!detail::acceptOptions(getClassName(), setter, candidate)) {
-    return;
-  }
-  options_ = candidate;
-  if (drops_prepared) {
-    dropPrepared();
+  Options candidate = options_;
+  change(candidate);
+  if (detail::acceptOptions(getClassName(), setter, candidate)) {
+    options_ = candidate;
   }
 }
 
@@ -570,21 +553,16 @@ void
 StructuredSceneRegistration<PointSource, PointTarget, Scalar>::runPipeline(
     const std::optional<Eigen::Isometry3d>& guess, const Options& options, const Deadline& deadline)
 {
-  // The setters of the base are not virtual: what they changed since is seen only here.
-  const bool is_same_radius =
-      !(options.overlap_radius < prepared_overlap_radius_) && !(options.overlap_radius > prepared_overlap_radius_);
-  if (!is_same_radius || options.max_refinement_steps != prepared_refinement_steps_ ||
-      options.refine != prepared_refine_) {
-    dropPrepared();
-    prepared_overlap_radius_ = options.overlap_radius;
-    prepared_refinement_steps_ = options.max_refinement_steps;
-    prepared_refine_ = options.refine;
-  }
   try {
     const auto source = [&] {
       return detail::viewOf(*input_, fake_indices_ ? nullptr : indices_.get(), source_viewpoint_);
     };
     const auto target = [&] { return detail::viewOf(*target_, nullptr, target_viewpoint_); };
+    for (PreparedScan* scan : {&prepared_source_, &prepared_target_}) {
+      if (!scan->isPreparedWith(options)) {
+        *scan = PreparedScan();
+      }
+    }
     if (prepared_source_.empty() && prepared_target_.empty()) {
       std::tie(prepared_source_, prepared_target_) = prepareScans(source(), target(), options, deadline);
     }
