@@ -3,6 +3,7 @@
 
 #include "go_icp_branch_and_bound.h"
 
+#include "common/angles.h"
 #include "common/parallel.h"
 
 #include <algorithm>
@@ -119,7 +120,7 @@ bool
 touchesBall(const SearchCube& cube)
 {
   const Eigen::Array3d nearest = (cube.centre.array().abs() - cube.half).max(0.0);
-  return nearest.matrix().norm() <= M_PI;
+  return nearest.matrix().norm() <= kPi;
 }
 
 /// One cube of rotations on its way through the outer search.
@@ -243,7 +244,7 @@ private:
   startFromEverywhere()
   {
     const int cells = 1 << kStartLevel;
-    const double half = M_PI / cells;
+    const double half = kPi / cells;
     std::vector<SearchCube> cubes;
     for (int i = 0; i < cells * cells * cells; ++i) {
       SearchCube cube;
@@ -282,7 +283,7 @@ private:
   {
     Queue queue;
     Node root;
-    root.cube.half = M_PI;
+    root.cube.half = kPi;
     queue.push(root);
     // Cubes are dropped when their bound is within the tolerance of the best error; the least of these bounds.
     double dropped = std::numeric_limits<double>::infinity();

@@ -3,6 +3,8 @@
 
 #include "go_icp_problem.h"
 
+#include "common/angles.h"
+
 #include <Eigen/SVD>
 
 #include <algorithm>
@@ -179,7 +181,7 @@ GoIcpProblem::rotate(const SearchCube& rotations, bool uncertain) const
   result.radii.resize(count);
   // 5.1: a rotation of the cube turns a point by no more than half its diagonal against the centre's.
   const double angle = std::sqrt(3.0) * rotations.half;
-  const double chord = uncertain ? 2 * std::sin(std::min(angle, M_PI) / 2) : 0;
+  const double chord = uncertain ? chordFromAngle(std::min(angle, kPi)) : 0;
   for (std::size_t i = 0; i < count; ++i) {
     const auto column = static_cast<Eigen::Index>(i);
     const Eigen::Vector3f place = transform_.toGrid(result.points.col(column)).cast<float>();

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <stdexcept>
 
 namespace pcl_ssfr::detail {
@@ -42,6 +43,16 @@ void
 reportWarning(const std::string& class_name, const char* where, const std::string& text)
 {
   PCL_WARN("[pcl_ssfr::%s::%s] %s.\n", class_name.c_str(), where, text.c_str());
+}
+
+std::optional<GravityPrior>
+gravityPrior(const Eigen::Vector3d& up_source, const Eigen::Vector3d& up_target, double tolerance)
+{
+  const auto is_direction = [](const Eigen::Vector3d& v) { return v.allFinite() && v.norm() > 0; };
+  if (!is_direction(up_source) || !is_direction(up_target) || !(tolerance > 0 && tolerance <= kPi)) {
+    return std::nullopt;
+  }
+  return GravityPrior{up_source.stableNormalized(), up_target.stableNormalized(), tolerance};
 }
 
 std::optional<Eigen::Isometry3d>
@@ -79,18 +90,18 @@ dropOutOfRange(pcl::Indices& indices, std::size_t size)
   return before - indices.size();
 }
 
+pcl::Indices
+everyIndex(std::size_t size)
+{
+  pcl::Indices indices(size);
+  std::iota(indices.begin(), indices.end(), pcl::index_t{0});
+  return indices;
+}
+
 bool
 isEveryPointInOrder(const pcl::Indices& indices, std::size_t size)
 {
-  if (indices.size() != size) {
-    return false;
-  }
-  for (std::size_t i = 0; i < size; ++i) {
-    if (static_cast<std::size_t>(indices[i]) != i) {
-      return false;
-    }
-  }
-  return true;
+  return indices == everyIndex(size);
 }
 
 float
