@@ -237,7 +237,7 @@ private:
 
   /** \brief ICP from a coarse grid of all rotations.
    *
-   * Not in the paper. The lower the error known is, the more is pruned; and where the tolerance is large beside the
+   * Not in the paper. The lower the error known is, the more is pruned; and where the tolerance is large against the
    * error of the true pose, the search would stop at the first pose that is good enough.
    */
   void

@@ -57,7 +57,7 @@ registerFastGlobal(const ScanView& source,
  * within 5 leafs, delta 1.5 leafs. Without setLeafSize() the leaf is 1/50 of the smaller scan's radius (90th percentile
  * of the distance to the median point), grown by halves until a voxel holds 3 points on average in both scans, to no
  * more than 1/5 of that radius. Normals are estimated from the thinned points (those of the point type are not used)
- * and turned towards each cloud's `sensor_origin_`.
+ * and oriented towards each cloud's `sensor_origin_`.
  *
  * The paper has no test for failure. hasConverged() is true here when, under the pose, at least 20 distinct matches and
  * 5 % of all lie within delta, are not all on one line, and 30 % of the thinned source lies within delta of the target

@@ -28,7 +28,7 @@ namespace pcl_ssfr::baselines {
  * the target and by how far a pose of the cube can move each point. Wherever a better pose turns up, a local ICP starts
  * from it. The search ends when no pose can be better by more than the tolerance. Unlike the paper's, it begins with
  * ICP from 64 rotations all over the ball, each from its best translation: on scans of rooms the tolerance is large
- * beside the error of the true pose, and the search alone would end with the first pose that is good enough.
+ * against the error of the true pose, and the search alone would end with the first pose that is good enough.
  *
  * **What is optimal.** The mean squared distance from the source, thinned to setSourcePoints() points, to its nearest
  * points of the whole target; with setTrimFraction() without the worst share of the source, as scans need that overlap
@@ -37,10 +37,10 @@ namespace pcl_ssfr::baselines {
  * the scans overlap little.
  *
  * **Units.** Both scans are scaled into [-1, 1]^3 together, as the paper has it. The two normalised parameters
- * (setMseThreshold(), setTranslationRange()) count in half scenes; GoIcpReport::scale tells how many metres that is.
+ * (setMseThreshold(), setTranslationRange()) count in half scenes; GoIcpReport::scale says how many metres that is.
  *
  * hasConverged() is true only when the answer is certified to be within the tolerance of the optimum. When
- * setTimeLimit() or setNodeLimit() cut the search off it is false, getMessage() says so, and getReport() tells the gap
+ * setTimeLimit() or setNodeLimit() cut the search off it is false, getMessage() says so, and getReport() gives the gap
  * that was certified until then; the best pose so far is in getResult(). Expect seconds to minutes, and hours without
  * a limit on scans whose errors are large or whose overlap is small.
  *
