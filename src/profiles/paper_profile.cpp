@@ -319,7 +319,8 @@ PaperRegistration::report(const std::vector<ScoredPose>& ranked)
   if (skipped_ > 0)
     message << "; the time limit left " << skipped_ << " of " << proposed_ << " rotations unjudged";
   if (!result_.unobservable.empty())
-    message << "; no plane fixes the translation along " << result_.unobservable.size() << " direction(s), which stays 0";
+    message << "; no plane fixes the translation along " << result_.unobservable.size()
+            << " direction(s), which stays 0";
   result_.message = message.str();
   addStage("selection", clock.elapsed(), in, toCount(result_.candidates.size()));
 }
