@@ -28,6 +28,7 @@ using pcl_ssfr::testing::makeFurnishedRoom;
 using pcl_ssfr::testing::relativePose;
 using pcl_ssfr::testing::roomScanner;
 using pcl_ssfr::testing::ScanPair;
+using pcl_ssfr::testing::ScanWithNormals;
 using pcl_ssfr::testing::Scene;
 using pcl_ssfr::testing::sensorPose;
 using pcl_ssfr::testing::toCloud;
@@ -35,18 +36,36 @@ using pcl_ssfr::testing::toCloud;
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 
 /// Two coarse scans from nearly the same place, turned by a radian.
+struct CoarseScans {
+  ScanWithNormals source, target;
+  Eigen::Isometry3d T_target_source;
+};
+
+/// Cast once for all tests.
+const CoarseScans&
+coarseScans()
+{
+  static const CoarseScans scans = [] {
+    constexpr double kStep = 0.035; // 2 degrees
+    const Scene scene = makeFurnishedRoom(1);
+    const Eigen::Isometry3d T_world_target = sensorPose(scene.stations.at(0), 0.1);
+    const Eigen::Isometry3d T_world_source = sensorPose(scene.stations.at(0) + Eigen::Vector3d(0.2, 0.1, 0), 1.1);
+    return CoarseScans{castScanWithNormals(scene, T_world_source, roomScanner(kStep), 12),
+                       castScanWithNormals(scene, T_world_target, roomScanner(kStep), 11),
+                       relativePose(T_world_target, T_world_source)};
+  }();
+  return scans;
+}
+
+/// Clouds of these scans that a test may change.
 template <typename PointT>
 ScanPair<PointT>
 makePair()
 {
-  constexpr double kStep = 0.035; // 2 degrees
-  const Scene scene = makeFurnishedRoom(1);
-  const Eigen::Isometry3d T_world_target = sensorPose(scene.stations.at(0), 0.1);
-  const Eigen::Isometry3d T_world_source = sensorPose(scene.stations.at(0) + Eigen::Vector3d(0.2, 0.1, 0), 1.1);
   ScanPair<PointT> pair;
-  pair.target = toCloud<PointT>(castScanWithNormals(scene, T_world_target, roomScanner(kStep), 11));
-  pair.source = toCloud<PointT>(castScanWithNormals(scene, T_world_source, roomScanner(kStep), 12));
-  pair.T_target_source = relativePose(T_world_target, T_world_source);
+  pair.target = toCloud<PointT>(coarseScans().target);
+  pair.source = toCloud<PointT>(coarseScans().source);
+  pair.T_target_source = coarseScans().T_target_source;
   return pair;
 }
 

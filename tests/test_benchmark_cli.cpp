@@ -7,10 +7,10 @@
 #include "preparation/thinning.h"
 
 #include <apps/benchmark/benchmark_plan.h>
-#include <apps/benchmark/result_row.h>
 #include <apps/io/dataset_folder.h>
 #include <apps/io/file_bytes.h>
 #include <apps/io/transform_file.h>
+#include <apps/pairs/result_row.h>
 
 #include <io_testing.h>
 

@@ -5,11 +5,11 @@
 
 #include <apps/benchmark/benchmark_options.h>
 #include <apps/benchmark/benchmark_plan.h>
-#include <apps/benchmark/result_row.h>
 #include <apps/benchmark/results_store.h>
 #include <apps/io/csv_line.h>
 #include <apps/io/dataset_folder.h>
 #include <apps/io/file_bytes.h>
+#include <apps/pairs/result_row.h>
 
 #include <io_testing.h>
 

@@ -3,10 +3,10 @@
 
 // ssfr_align as its users run it: exit codes, messages, files. PCL_SSFR_ALIGN is the path of the program.
 
-#include <apps/align_options.h>
+#include <apps/align/align_options.h>
 #include <apps/io/file_bytes.h>
 #include <apps/io/transform_file.h>
-#include <apps/methods.h>
+#include <apps/methods/method_run.h>
 
 #include <io_testing.h>
 

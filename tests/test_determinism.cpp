@@ -4,20 +4,23 @@
 // The same input gives the same bits: for any number of threads, and run after run in one process.
 
 #include "pcl_clouds.h"
+#include "real_scans.h"
 
 #include <pcl_ssfr/structured_scene_registration.h>
 
 #include <gtest/gtest.h>
 
 #include <cstring>
-#include <string>
+#include <filesystem>
 #include <vector>
 
 namespace pcl_ssfr {
 namespace {
 
-using pcl_ssfr::testing::loadPair;
+using pcl_ssfr::testing::kNoRealScans;
+using pcl_ssfr::testing::loadPoints;
 using pcl_ssfr::testing::makeRoomPair;
+using pcl_ssfr::testing::realScansFolder;
 using pcl_ssfr::testing::ScanPair;
 
 using Point = pcl::PointXYZ;
@@ -105,11 +108,12 @@ class DeterminismOnRealScans : public ::testing::TestWithParam<Profile> {};
 
 TEST_P(DeterminismOnRealScans, RoomPair)
 {
-  const std::string folder = std::string(PCL_SSFR_SHARED_DATA_DIR) + "/room_pair_pcl";
-  const ScanPair<Point> pair = loadPair(folder, "room_scan2.pcd", "room_scan1.pcd");
-  if (!pair.source) {
-    GTEST_SKIP() << "no real scans at " << folder;
-  }
+  if (realScansFolder().empty())
+    GTEST_SKIP() << kNoRealScans;
+  const std::filesystem::path folder = realScansFolder() / "room_pair_pcl";
+  ScanPair<Point> pair;
+  pair.source = loadPoints(folder / "room_scan2.pcd");
+  pair.target = loadPoints(folder / "room_scan1.pcd");
   expectOneAnswer(pair, GetParam());
 }
 

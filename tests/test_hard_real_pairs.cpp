@@ -1,18 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
-// Hard cases on real scans with ground truth, where the folder with them exists. Every source is turned by a seeded
+// Hard cases on real scans with ground truth (CMake: PCL_SSFR_TEST_DATA_DIR). Every source is turned by a seeded
 // random rotation about its sensor first. A row names pairs and how many of them may be missed; nothing wrong may be
 // accepted.
 
 #include "pair_variants.h"
+#include "real_scans.h"
 #include "simulated_scans.h"
 #include "synthetic_scene.h"
 
 #include <apps/io/dataset_folder.h>
-#include <apps/io/loaded_cloud.h>
-
-#include <pcl/common/io.h>
 
 #include <gtest/gtest.h>
 
@@ -36,13 +34,8 @@ PosedScan
 loadScan(const std::string& file, const benchmarks::Spoil& spoil)
 {
   constexpr std::uint64_t kSeed = 1;
-  pcl::PointCloud<pcl::PointXYZ> loaded;
-  pcl::copyPointCloud(*io::loadCloud(file).points, loaded);
-  const pcl::PointCloud<pcl::PointXYZ>::Ptr cloud = benchmarks::spoiled(loaded, spoil, kSeed);
   PosedScan scan;
-  scan.points.resize(3, static_cast<Eigen::Index>(cloud->size()));
-  for (Eigen::Index i = 0; i < scan.points.cols(); ++i)
-    scan.points.col(i) = (*cloud)[static_cast<std::size_t>(i)].getVector3fMap();
+  scan.points = toColumns(*benchmarks::spoiled(*loadPoints(file), spoil, kSeed));
   return scan;
 }
 
@@ -116,9 +109,9 @@ class HardRealPairs : public ::testing::TestWithParam<Row> {};
 TEST_P(HardRealPairs, AreSolved)
 {
   const Row& row = GetParam();
-  const fs::path folder = fs::path(PCL_SSFR_SHARED_DATA_DIR) / row.folder;
-  if (!fs::exists(folder / "pairs.csv"))
-    GTEST_SKIP() << folder << " is not there";
+  if (realScansFolder().empty())
+    GTEST_SKIP() << kNoRealScans;
+  const fs::path folder = realScansFolder() / row.folder;
   const io::DatasetFolder dataset = io::readDatasetFolder(folder.string());
   expectSolved(dataset.path, dataset.pairs, row.pairs, row.may_fail, row.source, row.target, row.turns);
 }
@@ -127,9 +120,9 @@ TEST(LittleOverlap, FifteenToThirtyPercentOfACarPark)
 {
   // Pairs that the set does not list, 25 to 45 m apart. Poses that lay one scan over the other have three times the
   // votes.
-  const fs::path folder = fs::path(PCL_SSFR_SHARED_DATA_DIR) / "parking_tls";
-  if (!fs::exists(folder / "pairs.csv"))
-    GTEST_SKIP() << folder << " is not there";
+  if (realScansFolder().empty())
+    GTEST_SKIP() << kNoRealScans;
+  const fs::path folder = realScansFolder() / "parking_tls";
   const io::DatasetFolder dataset = io::readDatasetFolder(folder.string());
   const std::set<std::pair<std::string, std::string>> wanted = {{"scan01.pcd", "scan05.pcd"},
                                                                 {"scan01.pcd", "scan06.pcd"},
@@ -152,9 +145,9 @@ TEST(SecondEffort, WhenThePolishTakesBackWhatTheFirstFound)
 {
   // Two scans of a street, 45 m apart. What the first effort finds is acceptable until it is polished: then there is a
   // second effort, whose poses are polished in their turn. The first one's are known by then, and listed once.
-  const fs::path folder = fs::path(PCL_SSFR_SHARED_DATA_DIR) / "imm_A";
-  if (!fs::exists(folder / "pairs.csv"))
-    GTEST_SKIP() << folder << " is not there";
+  if (realScansFolder().empty())
+    GTEST_SKIP() << kNoRealScans;
+  const fs::path folder = realScansFolder() / "imm_A";
   const PosedScan source = loadScan((folder / "scan000.pcd").string(), {});
   const PosedScan target = loadScan((folder / "scan008.pcd").string(), {});
   std::vector<Result> results;
@@ -181,9 +174,9 @@ TEST(SecondEffort, WhenThePolishTakesBackWhatTheFirstFound)
 TEST(DifferentPlaces, AreNotBelieved)
 {
   // A street laid on a car park so that 3 % of the surface met, with nothing against it, was believed once.
-  const fs::path shared = PCL_SSFR_SHARED_DATA_DIR;
-  if (!fs::exists(shared / "parking_tls" / "pairs.csv"))
-    GTEST_SKIP() << shared << " is not there";
+  if (realScansFolder().empty())
+    GTEST_SKIP() << kNoRealScans;
+  const fs::path shared = realScansFolder();
   const std::vector<std::pair<std::string, std::string>> pairs = {
       {"outdoor_smoke_pair/@0", "parking_tls/scan00.pcd"},
       {"parking_tls/scan00.pcd", "outdoor_smoke_pair/@0"},

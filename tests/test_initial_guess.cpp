@@ -3,8 +3,9 @@
 
 // SSFR as the initial guess of PCL's ICP, GICP and NDT: on pairs where each of them alone fails from identity.
 
-#include "pcl_clouds.h"
 #include "pose_matchers.h"
+#include "real_scans.h"
+#include "synthetic_scene.h"
 
 #include <pcl_ssfr/structured_scene_registration.h>
 
@@ -26,11 +27,11 @@
 namespace pcl_ssfr {
 namespace {
 
+using pcl_ssfr::testing::findPair;
 using pcl_ssfr::testing::IsPoseNear;
-using pcl_ssfr::testing::loadPair;
 using pcl_ssfr::testing::Random;
 using pcl_ssfr::testing::randomRotation;
-using pcl_ssfr::testing::ScanPair;
+using pcl_ssfr::testing::realScansFolder;
 using ::testing::Not;
 
 using Point = pcl::PointXYZ;
@@ -47,7 +48,7 @@ constexpr double kWideReach = 1.0;
 constexpr double kNarrowReach = 0.3;
 
 struct Case {
-  std::string folder;
+  std::string real_set; ///< folder of real scans; empty: the simulated ones in data/
   std::string source;
   std::string target;
   std::uint64_t seed; ///< of the rotation that the source is turned by about its sensor
@@ -56,7 +57,7 @@ struct Case {
 std::ostream&
 operator<<(std::ostream& stream, const Case& pair)
 {
-  return stream << pair.folder << ": " << pair.source << " -> " << pair.target;
+  return stream << pair.real_set << ": " << pair.source << " -> " << pair.target;
 }
 
 Cloud::Ptr
@@ -89,26 +90,30 @@ class InitialGuess : public ::testing::TestWithParam<Case> {};
 
 TEST_P(InitialGuess, TurnsFailureIntoSuccess)
 {
-  ScanPair<Point> pair = loadPair(GetParam().folder, GetParam().source, GetParam().target);
-  if (!pair.source) {
-    GTEST_SKIP() << "no scans at " << GetParam().folder;
-  }
+  const bool simulated = GetParam().real_set.empty();
+  if (!simulated && realScansFolder().empty())
+    GTEST_SKIP() << pcl_ssfr::testing::kNoRealScans;
+  const io::DatasetFolder dataset =
+      io::readDatasetFolder(simulated ? PCL_SSFR_DATA_DIR : (realScansFolder() / GetParam().real_set).string());
+  const io::ScanPair pair = findPair(dataset, GetParam().source, GetParam().target);
+  const Cloud::Ptr whole_source = pcl_ssfr::testing::loadPoints(io::scanPath(dataset.path, pair.source));
+  const Cloud::Ptr whole_target = pcl_ssfr::testing::loadPoints(io::scanPath(dataset.path, pair.target));
   Random random(GetParam().seed);
   Eigen::Isometry3d turn = Eigen::Isometry3d::Identity();
   turn.linear() = randomRotation(random);
-  pcl::transformPointCloud(*pair.source, *pair.source, Eigen::Matrix4d(turn.matrix()));
+  pcl::transformPointCloud(*whole_source, *whole_source, Eigen::Matrix4d(turn.matrix()));
   const Eigen::Isometry3d truth = pair.T_target_source * turn.inverse();
 
   StructuredSceneRegistration<Point, Point> ssfr;
-  ssfr.setInputSource(pair.source);
-  ssfr.setInputTarget(pair.target);
+  ssfr.setInputSource(whole_source);
+  ssfr.setInputTarget(whole_target);
   Cloud moved;
   ssfr.align(moved);
   ASSERT_TRUE(ssfr.hasConverged()) << ssfr.getResult().message;
   ASSERT_THAT(ssfr.getFinalTransformation(), IsPoseNear(truth, kMaxRotation, kMaxTranslation));
 
-  const Cloud::Ptr source = thinned(pair.source);
-  const Cloud::Ptr target = thinned(pair.target);
+  const Cloud::Ptr source = thinned(whole_source);
+  const Cloud::Ptr target = thinned(whole_target);
   for (const auto& [name, method] : localMethods()) {
     method->setInputSource(source);
     method->setInputTarget(target);
@@ -127,7 +132,7 @@ TEST_P(InitialGuess, TurnsFailureIntoSuccess)
 std::string
 nameOf(const ::testing::TestParamInfo<Case>& info)
 {
-  std::string name = info.param.folder.substr(info.param.folder.find_last_of('/') + 1) + "_" + info.param.source;
+  std::string name = (info.param.real_set.empty() ? "data" : info.param.real_set) + "_" + info.param.source;
   for (char& letter : name) {
     letter = std::isalnum(static_cast<unsigned char>(letter)) != 0 ? letter : '_';
   }
@@ -136,16 +141,15 @@ nameOf(const ::testing::TestParamInfo<Case>& info)
 
 INSTANTIATE_TEST_SUITE_P(SimulatedScans,
                          InitialGuess,
-                         ::testing::Values(Case{PCL_SSFR_DATA_DIR, "apartment_1.pcd", "apartment_0.pcd", 1}),
+                         ::testing::Values(Case{"", "apartment_1.pcd", "apartment_0.pcd", 1}),
                          nameOf);
 
-INSTANTIATE_TEST_SUITE_P(
-    RealScans,
-    InitialGuess,
-    ::testing::Values(Case{PCL_SSFR_SHARED_DATA_DIR "/room_pair_pcl", "room_scan2.pcd", "room_scan1.pcd", 1},
-                      Case{PCL_SSFR_SHARED_DATA_DIR "/apartment_pair", "cloud_1.pcd", "cloud_0.pcd", 1},
-                      Case{PCL_SSFR_SHARED_DATA_DIR "/parking_tls", "scan01.pcd", "scan00.pcd", 1}),
-    nameOf);
+INSTANTIATE_TEST_SUITE_P(RealScans,
+                         InitialGuess,
+                         ::testing::Values(Case{"room_pair_pcl", "room_scan2.pcd", "room_scan1.pcd", 1},
+                                           Case{"apartment_pair", "cloud_1.pcd", "cloud_0.pcd", 1},
+                                           Case{"parking_tls", "scan01.pcd", "scan00.pcd", 1}),
+                         nameOf);
 
 } // namespace
 } // namespace pcl_ssfr

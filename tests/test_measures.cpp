@@ -4,7 +4,7 @@
 // The figures of the comparison, against closed forms, brute force and laws.
 
 #include <apps/benchmark/benchmark_results.h>
-#include <apps/benchmark/measures.h>
+#include <apps/pairs/measures.h>
 
 #include <gmock/gmock.h>
 

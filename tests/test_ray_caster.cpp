@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
-#include <apps/simulation/random_stream.h>
+#include <apps/common/random_stream.h>
 #include <apps/simulation/ray_caster.h>
 #include <apps/simulation/simulation_error.h>
 #include <apps/simulation/surface_model.h>

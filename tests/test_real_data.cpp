@@ -1,33 +1,33 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
-// Real scans with ground truth, where the folder with them exists: a row a set with the least number of pairs that must
+// Real scans with ground truth (CMake: PCL_SSFR_TEST_DATA_DIR): a row a set with the least number of pairs that must
 // be solved. To update a row, run scripts/success_table and raise the number; never lower it without a reason in the
 // changelog. Every source is turned by a seeded random rotation about its sensor first.
 
 #include "pose_matchers.h"
+#include "real_scans.h"
 #include "scan_views.h"
 #include "synthetic_scene.h"
 
 #include <pcl_ssfr/pipeline.h>
 
-#include <apps/io/loaded_cloud.h>
+#include <apps/io/dataset_folder.h>
 
 #include <gtest/gtest.h>
 
-#include <filesystem>
-#include <fstream>
-#include <map>
-#include <sstream>
+#include <cstdio>
+#include <ostream>
 #include <string>
-#include <vector>
 
 namespace pcl_ssfr {
 namespace {
 
-namespace fs = std::filesystem;
+using pcl_ssfr::testing::loadPoints;
 using pcl_ssfr::testing::PoseError;
 using pcl_ssfr::testing::Random;
+using pcl_ssfr::testing::realScansFolder;
+using pcl_ssfr::testing::toColumns;
 using pcl_ssfr::testing::viewOfPoints;
 
 #ifdef __SANITIZE_ADDRESS__
@@ -49,70 +49,25 @@ operator<<(std::ostream& out, const Row& row)
   return out << row.folder;
 }
 
-struct Pair {
-  std::string source, target;
-  Eigen::Isometry3d T_target_source = Eigen::Isometry3d::Identity();
-};
-
-std::vector<Pair>
-readPairs(const fs::path& file)
-{
-  std::ifstream in(file);
-  const auto split = [](const std::string& line) {
-    std::vector<std::string> fields;
-    std::stringstream stream(line);
-    for (std::string field; std::getline(stream, field, ',');)
-      fields.push_back(field);
-    return fields;
-  };
-  std::string line;
-  std::getline(in, line);
-  std::map<std::string, std::size_t> column;
-  for (const std::string& name : split(line))
-    column.emplace(name, column.size());
-  std::vector<Pair> pairs;
-  while (std::getline(in, line)) {
-    const std::vector<std::string> fields = split(line);
-    Pair pair{fields.at(column.at("source")), fields.at(column.at("target"))};
-    for (int r = 0; r < 3; ++r)
-      for (int c = 0; c < 4; ++c)
-        pair.T_target_source.matrix()(r, c) =
-            std::stod(fields.at(column.at("T" + std::to_string(r) + std::to_string(c))));
-    pairs.push_back(pair);
-  }
-  return pairs;
-}
-
-Eigen::Matrix3Xf
-loadPoints(const fs::path& file)
-{
-  const io::LoadedCloud cloud = io::loadCloud(file.string());
-  Eigen::Matrix3Xf points(3, static_cast<Eigen::Index>(cloud.points->size()));
-  for (Eigen::Index i = 0; i < points.cols(); ++i)
-    points.col(i) = (*cloud.points)[static_cast<std::size_t>(i)].getVector3fMap();
-  return points;
-}
-
 class RealData : public ::testing::TestWithParam<Row> {};
 
 TEST_P(RealData, isSolved)
 {
   const Row row = GetParam();
-  const fs::path folder = fs::path(PCL_SSFR_SHARED_DATA_DIR) / row.folder;
-  if (!fs::exists(folder / "pairs.csv"))
-    GTEST_SKIP() << folder << " is not there";
-  const std::vector<Pair> pairs = readPairs(folder / "pairs.csv");
-  ASSERT_FALSE(pairs.empty());
+  if (realScansFolder().empty())
+    GTEST_SKIP() << pcl_ssfr::testing::kNoRealScans;
+  const io::DatasetFolder dataset = io::readDatasetFolder((realScansFolder() / row.folder).string());
+  const auto scanOf = [&](const std::string& name) { return toColumns(*loadPoints(io::scanPath(dataset.path, name))); };
   Options options = makeOptions(Profile::Default);
   options.threads = 2;
   std::size_t solved = 0, tried = 0, wrong_but_converged = 0;
-  for (std::size_t i = 0; i < pairs.size(); i += row.every * kSlowdown) {
-    const Pair& pair = pairs[i];
+  for (std::size_t i = 0; i < dataset.pairs.size(); i += row.every * kSlowdown) {
+    const io::ScanPair& pair = dataset.pairs[i];
     Random random(1000 + i);
     Eigen::Isometry3d turn = Eigen::Isometry3d::Identity();
     turn.linear() = pcl_ssfr::testing::randomRotation(random);
-    const Eigen::Matrix3Xf source = pcl_ssfr::testing::transformed(turn, loadPoints(folder / pair.source));
-    const Eigen::Matrix3Xf target = loadPoints(folder / pair.target);
+    const Eigen::Matrix3Xf source = pcl_ssfr::testing::transformed(turn, scanOf(pair.source));
+    const Eigen::Matrix3Xf target = scanOf(pair.target);
     const Result result =
         registerScans(prepareScan(viewOfPoints(source), options), prepareScan(viewOfPoints(target), options), options);
     const PoseError error = pcl_ssfr::testing::poseError(result.T_target_source * turn, pair.T_target_source);

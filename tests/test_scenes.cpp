@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
+#include <apps/common/random_stream.h>
 #include <apps/simulation/footprint.h>
-#include <apps/simulation/random_stream.h>
 #include <apps/simulation/ray_caster.h>
 #include <apps/simulation/scene_parts.h>
 #include <apps/simulation/scenes.h>

@@ -9,8 +9,8 @@
 
 #include <pcl_ssfr/pipeline.h>
 
+#include <apps/common/random_stream.h>
 #include <apps/simulation/paper_sets.h>
-#include <apps/simulation/random_stream.h>
 #include <apps/simulation/ray_caster.h>
 #include <apps/simulation/scan_simulation.h>
 
@@ -48,7 +48,7 @@ simulate(const DatasetPlan& plan)
         simulateScan(caster, prepared.sensor, prepared.T_world_sensor[i], options).points;
     // Every scan in a frame of its own: neither the motion nor the vertical can be guessed.
     Eigen::Isometry3d T_scan_sensor = Eigen::Isometry3d::Identity();
-    T_scan_sensor.linear() = simulation::RandomStream(77, i).rotation();
+    T_scan_sensor.linear() = RandomStream(77, i).rotation();
     scans.points.emplace_back(
         T_scan_sensor.linear().cast<float>() *
         Eigen::Map<const Eigen::Matrix3Xf>(points.front().data(), 3, static_cast<Eigen::Index>(points.size())));

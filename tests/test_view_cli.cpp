@@ -4,11 +4,11 @@
 // ssfr_view as its users run it: exit codes, messages, pictures. PCL_SSFR_VIEW, PCL_SSFR_ALIGN and PCL_SSFR_BENCHMARK
 // are the paths of the programs.
 
+#include <apps/common/usage_error.h>
 #include <apps/io/dataset_folder.h>
 #include <apps/io/file_bytes.h>
 #include <apps/io/transform_file.h>
-#include <apps/options_json.h>
-#include <apps/usage_error.h>
+#include <apps/methods/options_json.h>
 #include <apps/view/view_model.h>
 #include <apps/view/view_options.h>
 

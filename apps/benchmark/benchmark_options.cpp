@@ -3,8 +3,8 @@
 
 #include <apps/benchmark/benchmark_options.h>
 
-#include <apps/benchmark/method_registry.h>
 #include <apps/io/text_scanner.h>
+#include <apps/methods/method_registry.h>
 
 #include <boost/program_options.hpp>
 

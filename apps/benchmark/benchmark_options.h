@@ -3,8 +3,8 @@
 
 #pragma once
 
-#include <apps/benchmark/pair_input.h>
-#include <apps/usage_error.h>
+#include <apps/common/usage_error.h>
+#include <apps/pairs/pair_input.h>
 
 #include <cstdint>
 #include <optional>

@@ -5,8 +5,8 @@
 
 #include <pcl_ssfr/version.h>
 
-#include <apps/benchmark/result_row.h>
 #include <apps/io/file_bytes.h>
+#include <apps/pairs/result_row.h>
 
 #include <algorithm>
 #include <array>

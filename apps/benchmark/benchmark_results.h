@@ -3,8 +3,8 @@
 
 #pragma once
 
-#include <apps/benchmark/measures.h>
-#include <apps/benchmark/result_row.h>
+#include <apps/pairs/measures.h>
+#include <apps/pairs/result_row.h>
 
 #include <nlohmann/json.hpp>
 

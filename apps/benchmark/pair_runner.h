@@ -4,7 +4,7 @@
 #pragma once
 
 #include <apps/benchmark/benchmark_plan.h>
-#include <apps/benchmark/result_row.h>
+#include <apps/pairs/result_row.h>
 
 #include <atomic>
 #include <memory>

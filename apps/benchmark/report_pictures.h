@@ -3,10 +3,10 @@
 
 #pragma once
 
-#include <apps/benchmark/pair_input.h>
-#include <apps/benchmark/result_row.h>
 #include <apps/io/dataset_folder.h>
 #include <apps/io/loaded_cloud.h>
+#include <apps/pairs/pair_input.h>
+#include <apps/pairs/result_row.h>
 
 #include <Eigen/Geometry>
 

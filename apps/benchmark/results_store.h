@@ -3,7 +3,7 @@
 
 #pragma once
 
-#include <apps/benchmark/result_row.h>
+#include <apps/pairs/result_row.h>
 
 #include <nlohmann/json.hpp>
 

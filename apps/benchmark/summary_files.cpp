@@ -3,9 +3,9 @@
 
 #include <apps/benchmark/summary_files.h>
 
-#include <apps/format_text.h>
+#include <apps/common/format_text.h>
+#include <apps/common/json_values.h>
 #include <apps/io/file_bytes.h>
-#include <apps/json_values.h>
 
 #include <cmath>
 #include <filesystem>

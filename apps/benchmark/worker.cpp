@@ -3,8 +3,8 @@
 
 #include <apps/benchmark/worker.h>
 
+#include <apps/common/json_values.h>
 #include <apps/io/pcd_format.h>
-#include <apps/json_values.h>
 
 #include <array>
 #include <chrono>

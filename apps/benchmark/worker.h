@@ -4,9 +4,9 @@
 #pragma once
 
 #include <apps/benchmark/child_process.h>
-#include <apps/benchmark/pair_input.h>
-#include <apps/benchmark/pair_truth.h>
-#include <apps/methods.h>
+#include <apps/methods/method_run.h>
+#include <apps/pairs/pair_input.h>
+#include <apps/pairs/pair_truth.h>
 
 #include <atomic>
 #include <optional>

@@ -5,8 +5,8 @@
 
 #include <pcl_ssfr/version.h>
 
+#include <apps/common/random_stream.h>
 #include <apps/io/io_error.h>
-#include <apps/simulation/random_stream.h>
 #include <apps/simulation/ray_caster.h>
 #include <apps/simulation/scan_simulation.h>
 #include <apps/simulation/simulation_error.h>

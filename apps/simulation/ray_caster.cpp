@@ -5,7 +5,11 @@
 
 #include <apps/simulation/simulation_error.h>
 
+#if PCL_SSFR_EMBREE_MAJOR >= 4
+#include <embree4/rtcore.h>
+#else
 #include <embree3/rtcore.h>
+#endif
 
 #include <algorithm>
 #include <cmath>
@@ -33,9 +37,43 @@ constexpr double kVisibleGap = 1e-3;
 /// Sine of the angle to the axis below which a ray cannot meet the side of a tube.
 constexpr double kParallel = 1e-12;
 
+// Embree 4 renamed the context of Embree 3, and takes it in a struct of arguments.
+#if PCL_SSFR_EMBREE_MAJOR >= 4
+using QueryContext = RTCRayQueryContext;
+
+void
+initContext(QueryContext& context)
+{
+  rtcInitRayQueryContext(&context);
+}
+
+void
+intersectFirst(RTCScene scene, QueryContext& context, RTCRayHit& rayhit)
+{
+  RTCIntersectArguments arguments;
+  rtcInitIntersectArguments(&arguments);
+  arguments.context = &context;
+  rtcIntersect1(scene, &rayhit, &arguments);
+}
+#else
+using QueryContext = RTCIntersectContext;
+
+void
+initContext(QueryContext& context)
+{
+  rtcInitIntersectContext(&context);
+}
+
+void
+intersectFirst(RTCScene scene, QueryContext& context, RTCRayHit& rayhit)
+{
+  rtcIntersect1(scene, &context, &rayhit);
+}
+#endif
+
 /// A ray in double with Embree's context in front, so that a pointer to one is a pointer to the other.
 struct Query {
-  RTCIntersectContext context;
+  QueryContext context;
   const Eigen::Vector3d* origin;
   const Eigen::Vector3d* direction;
   double min_distance;
@@ -189,7 +227,7 @@ reason(RTCError error)
     return "this processor is not supported";
   case RTC_ERROR_CANCELLED:
     return "cancelled";
-  case RTC_ERROR_UNKNOWN:
+  default: // also what later versions add
     break;
   }
   return "unknown error";
@@ -365,7 +403,7 @@ RayCaster::cast(const Eigen::Vector3d& origin,
   const auto far = static_cast<float>(max_distance + kFloatError * (reach + max_distance));
 
   Query query{};
-  rtcInitIntersectContext(&query.context);
+  initContext(query.context);
   query.origin = &origin;
   query.direction = &direction;
   query.min_distance = min_distance;
@@ -383,7 +421,7 @@ RayCaster::cast(const Eigen::Vector3d& origin,
     rayhit.ray.tfar = far;
     rayhit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     rayhit.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-    rtcIntersect1(impl_->scene.get(), &query.context, &rayhit);
+    intersectFirst(impl_->scene.get(), query.context, rayhit);
     if (rayhit.hit.geomID == RTC_INVALID_GEOMETRY_ID)
       return std::nullopt;
     const RayHit hit = impl_->refine(rayhit, origin, direction, min_distance);

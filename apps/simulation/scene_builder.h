@@ -3,8 +3,8 @@
 
 #pragma once
 
+#include <apps/common/random_stream.h>
 #include <apps/simulation/footprint.h>
-#include <apps/simulation/random_stream.h>
 #include <apps/simulation/scene_parts.h>
 #include <apps/simulation/scenes.h>
 

@@ -3,7 +3,7 @@
 
 #pragma once
 
-#include <apps/simulation/random_stream.h>
+#include <apps/common/random_stream.h>
 #include <apps/simulation/surface_model.h>
 
 #include <Eigen/Geometry>

@@ -3,7 +3,7 @@
 
 #include <apps/simulation/scene_pictures.h>
 
-#include <apps/drawing.h>
+#include <apps/drawing/drawing.h>
 #include <apps/io/io_error.h>
 #include <apps/simulation/ray_caster.h>
 

@@ -3,9 +3,9 @@
 
 #include <apps/simulation/scenes.h>
 
+#include <apps/common/random_stream.h>
 #include <apps/simulation/footprint.h>
 #include <apps/simulation/mesh_file.h>
-#include <apps/simulation/random_stream.h>
 #include <apps/simulation/ray_caster.h>
 #include <apps/simulation/scene_makers.h>
 #include <apps/simulation/scene_parts.h>

@@ -3,8 +3,8 @@
 
 #pragma once
 
+#include <apps/common/usage_error.h>
 #include <apps/simulation/dataset_simulation.h>
-#include <apps/usage_error.h>
 
 #include <string>
 #include <vector>

@@ -5,7 +5,7 @@
 
 #include <pcl_ssfr/version.h>
 
-#include <apps/format_text.h>
+#include <apps/common/format_text.h>
 
 #include <algorithm>
 #include <limits>

@@ -3,7 +3,7 @@
 
 #include <apps/simulation/trajectory.h>
 
-#include <apps/simulation/random_stream.h>
+#include <apps/common/random_stream.h>
 #include <apps/simulation/simulation_error.h>
 
 #include <algorithm>

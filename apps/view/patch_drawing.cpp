@@ -3,7 +3,7 @@
 
 #include <apps/view/patch_drawing.h>
 
-#include <apps/chart.h>
+#include <apps/drawing/chart.h>
 
 #include <algorithm>
 #include <cmath>

@@ -3,7 +3,7 @@
 
 #pragma once
 
-#include <apps/scene_drawing.h>
+#include <apps/drawing/scene_drawing.h>
 #include <apps/view/view_model.h>
 
 #include <vector>

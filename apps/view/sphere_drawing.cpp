@@ -7,7 +7,7 @@
 
 #include <pcl_ssfr/options.h>
 
-#include <apps/chart.h>
+#include <apps/drawing/chart.h>
 
 #include <algorithm>
 #include <array>

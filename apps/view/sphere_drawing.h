@@ -3,7 +3,7 @@
 
 #pragma once
 
-#include <apps/drawing.h>
+#include <apps/drawing/drawing.h>
 #include <apps/view/view_model.h>
 
 #include <Eigen/Core>

@@ -3,8 +3,8 @@
 
 #include <apps/view/view_model.h>
 
-#include <apps/benchmark/pair_input.h>
-#include <apps/format_text.h>
+#include <apps/common/format_text.h>
+#include <apps/methods/cloud_view.h>
 
 #include <algorithm>
 #include <cmath>

@@ -3,8 +3,8 @@
 
 #include <apps/view/view_options.h>
 
+#include <apps/common/usage_error.h>
 #include <apps/io/loaded_cloud.h>
-#include <apps/usage_error.h>
 
 #include <boost/program_options.hpp>
 

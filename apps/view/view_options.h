@@ -3,8 +3,8 @@
 
 #pragma once
 
-#include <apps/benchmark/pair_input.h>
-#include <apps/method_options.h>
+#include <apps/methods/method_options.h>
+#include <apps/pairs/pair_input.h>
 
 #include <cstdint>
 #include <optional>

@@ -3,7 +3,7 @@
 
 #include <apps/view/view_pictures.h>
 
-#include <apps/chart.h>
+#include <apps/drawing/chart.h>
 #include <apps/view/patch_drawing.h>
 #include <apps/view/sphere_drawing.h>
 #include <apps/view/view_text.h>

@@ -3,13 +3,13 @@
 
 #include <apps/view/view_run.h>
 
-#include <apps/benchmark/result_row.h>
-#include <apps/format_text.h>
+#include <apps/common/format_text.h>
+#include <apps/common/usage_error.h>
 #include <apps/io/dataset_folder.h>
 #include <apps/io/file_bytes.h>
 #include <apps/io/transform_file.h>
-#include <apps/options_json.h>
-#include <apps/usage_error.h>
+#include <apps/methods/options_json.h>
+#include <apps/pairs/result_row.h>
 
 #include <algorithm>
 #include <cmath>

@@ -3,9 +3,9 @@
 
 #pragma once
 
-#include <apps/benchmark/measures.h>
 #include <apps/io/loaded_cloud.h>
-#include <apps/report.h>
+#include <apps/methods/report.h>
+#include <apps/pairs/measures.h>
 #include <apps/view/view_options.h>
 
 #include <Eigen/Geometry>

@@ -8,10 +8,10 @@
 
 #include <pcl_ssfr/pipeline.h>
 
-#include <apps/benchmark/method_parameters.h>
-#include <apps/benchmark/pair_input.h>
 #include <apps/io/dataset_folder.h>
 #include <apps/io/loaded_cloud.h>
+#include <apps/methods/cloud_view.h>
+#include <apps/methods/method_parameters.h>
 
 #include <open3d/geometry/PointCloud.h>
 #include <open3d/pipelines/registration/CorrespondenceChecker.h>

@@ -16,18 +16,20 @@ enum class TimeLimitClock {
 
 /** \brief Point in time at which work must stop: never, or some seconds after it was made.
  *
- * A value that is handed down by reference. Work that takes one looks at it between its steps, at least every few
- * milliseconds; what it gives once the deadline has passed is said where it takes the deadline. It never throws for
- * that.
+ * Work that takes one checks it between its steps, at least every few milliseconds, and stops without throwing; what is
+ * returned then is said there.
  */
 class Deadline {
 public:
+  /// The clock that counts: it never goes backwards.
   using Clock = std::chrono::steady_clock;
 
-  /// Never.
+  /// A deadline that never passes.
   Deadline() = default;
 
-  /// \p seconds from now [s]; never when that is 0 (an option of 0 means no limit), negative, NaN or beyond a year.
+  /** \brief A deadline some time from now.
+   * \param[in] seconds [s]; 0 (an option of 0 means no limit), negative, NaN or beyond a year: it never passes
+   */
   static Deadline
   after(double seconds, TimeLimitClock clock = TimeLimitClock::Wall)
   {

@@ -18,13 +18,13 @@ enum class Profile {
   Paper2017 ///< the method as published, in the constants of the implementation of July 2017
 };
 
-/// Whether the origin (or the viewpoint given) of a scan is accepted as the position of its sensor. Where it is not,
-/// the default profile looks for the position in the points, and the paper's does without.
+/// Whether the origin (or the viewpoint given) of a scan is taken to be the place of its sensor. Where it is not, the
+/// default profile looks for the place in the points, and the paper's does without.
 enum class ViewpointMode {
   Auto,         ///< decided from the points: a scan seen from its sensor has one return per direction
-  SensorOrigin, ///< always accepted
-  Unknown,      ///< never accepted: only a position found in the points is used, if there is one
-  Unused        ///< no position at all: unsigned normals, no free-space reasoning
+  SensorOrigin, ///< it is, always
+  Unknown,      ///< it is not: only a place found in the points is used, if there is one
+  Unused        ///< no place at all: unsigned normals, no free-space reasoning
 };
 
 /// Prior knowledge of the vertical in both scans.
@@ -35,13 +35,13 @@ struct GravityPrior {
   double tolerance = 0.0873;
 };
 
-/// How good the caller's guess is: only poses within it are considered.
+/// How exact the caller's guess is: only poses within it are considered.
 struct GuessTolerance {
   double rotation = 0.1;  ///< angle between the rotations [rad], (0, pi]
   double translation = 1; ///< distance between where the poses put the source's sensor [m], > 0
 };
 
-/// Options of the planar patches (METHOD point 12). Lengths of 0 follow from the data.
+/// Options of the planar patches (docs/METHOD.md, Patches). Lengths of 0 follow from the data.
 struct PatchOptions {
   double thickness = 0;       ///< largest standard deviation across the plane [m]; 0: from the scale of the scene
   double range_noise = 0.001; ///< growth of the thickness with range [m/m], >= 0
@@ -53,9 +53,9 @@ struct PatchOptions {
 
 /// What the preparation of a scan reads. A prepared scan holds for these, whatever the search is asked for.
 struct PreparationOptions {
-  Profile profile = Profile::Default;
-  ViewpointMode viewpoint_mode = ViewpointMode::Auto;
-  double normal_radius = 0;  ///< r of the paper [m], 0 or > 0; 0: from the data
+  Profile profile = Profile::Default;                 ///< which method
+  ViewpointMode viewpoint_mode = ViewpointMode::Auto; ///< where the sensors are
+  double normal_radius = 0;                           ///< r of the paper [m], 0 or > 0; 0: from the data
   double density_radius = 0; ///< r_d of the paper, chord on the unit sphere, (0, 1]; 0: the profile's
   double leaf = 0;           ///< spacing that the clouds are thinned to [m], 0 or > 0; 0: from the data
 };

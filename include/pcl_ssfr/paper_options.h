@@ -22,6 +22,7 @@ struct NormalOptions {
 
 /// Options of the density filter on the Gaussian sphere (paper, section 3.2; METHOD stages 3 and 4).
 struct DensityOptions {
+  /// How a neighbour counts.
   enum class Kernel {
     Count,   ///< weight of the neighbours within \ref radius (implementation of 2017)
     Gaussian ///< weight times exp(-d^2 / (radius/2)^2) (implementation of 2019)
@@ -56,21 +57,23 @@ struct RotationOptions {
 
 /// Options of the histograms along an axis (paper, section 3.5; METHOD stage 10).
 struct HistogramOptions {
+  /// Which surfaces are projected, by the angle between their normal and the axis.
   enum class Facing {
     Either,  ///< |cos| > parallel_cos: both signs of the normal fall into one histogram (the paper)
     Forward, ///< cos > parallel_cos: only surfaces that face along the axis
-    Backward ///< cos < -parallel_cos
+    Backward ///< cos < -parallel_cos: only surfaces that face against the axis
   };
+  /// How full bins, large walls, are bounded.
   enum class Clip {
-    None,
+    None,        ///< not at all
     UniformMean, ///< bins above clip_factor times the mean over all bins (2017: 3)
     MeanSigma    ///< bins above the mean + clip_factor standard deviations of the bins (2019: 2)
   };
-  double bin_width = 0.015;   ///< [m], > 0
-  double parallel_cos = 0.99; ///< a sample counts when its normal is parallel to the axis, (0, 1]
-  Facing facing = Facing::Either;
-  Clip clip = Clip::UniformMean;
-  double clip_factor = 3;          ///< > 0
+  double bin_width = 0.015;        ///< [m], > 0
+  double parallel_cos = 0.99;      ///< a sample counts when its normal is parallel to the axis, (0, 1]
+  Facing facing = Facing::Either;  ///< which surfaces are projected
+  Clip clip = Clip::UniformMean;   ///< how full bins are bounded
+  double clip_factor = 3;          ///< > 0, see Clip
   bool normalise = true;           ///< divide by the total weight before clipping
   Eigen::Index max_bins = 4000000; ///< bound on the memory of one histogram; wider data throw std::length_error
 };
@@ -91,12 +94,12 @@ struct TranslationOptions {
                  ///< min_triple_product; none: the candidate is dropped (2017)
     CrossProduct ///< main normal within cross_angle of a x b best matched by a rotated source normal, else a x b (2019)
   };
-  ThirdAxis third_axis = ThirdAxis::FirstMode;
-  double max_abs_cos = 0.9;
-  double min_triple_product = 0.1;
-  double cross_angle = 1.0472; ///< [rad]
-  HistogramOptions histogram;
-  CorrelationOptions correlation;
+  ThirdAxis third_axis = ThirdAxis::FirstMode; ///< how the third axis is chosen
+  double max_abs_cos = 0.9;                    ///< of two axes, (0, 1)
+  double min_triple_product = 0.1;             ///< of the three axes, (0, 1)
+  double cross_angle = 1.0472;                 ///< see ThirdAxis::CrossProduct [rad]
+  HistogramOptions histogram;                  ///< along each axis
+  CorrelationOptions correlation;              ///< of the two histograms of an axis
 };
 
 /// Options of the paper's selection and fine pass (METHOD stages 12 and 13).
@@ -110,12 +113,12 @@ struct LcpOptions {
 
 /// All stages of the method as published.
 struct PaperOptions {
-  NormalOptions normals;
-  DensityOptions density;
-  MeanShiftOptions mean_shift;
-  RotationOptions rotation;
-  TranslationOptions translation;
-  LcpOptions lcp;
+  NormalOptions normals;          ///< normals
+  DensityOptions density;         ///< densest regions of the Gaussian sphere
+  MeanShiftOptions mean_shift;    ///< main normals
+  RotationOptions rotation;       ///< candidate rotations
+  TranslationOptions translation; ///< translations
+  LcpOptions lcp;                 ///< selection and fine pass
 };
 
 } // namespace pcl_ssfr

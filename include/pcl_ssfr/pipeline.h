@@ -10,12 +10,14 @@ namespace pcl_ssfr {
 
 /** \brief Global registration of two prepared scans: the pose that maps source points into the target frame.
  *
- * Both must have been prepared with these \p options, of which the preparation reads a part (see
- * PreparedScan::isPreparedWith()); scans of another profile are Status::InvalidInput. Same input, same bits, for any
- * number of threads. When Options::time_limit seconds are over, the status is Status::TimeLimit, and Result holds the
- * best poses so far: what contradicts them may not have been found, nor are they exact. (Profile::Paper2017 ranks what
- * it has.) \param[in] guess optional: refined and judged as one more candidate; never needed, never degrades the answer
- * \throw std::invalid_argument when \p options are out of range. Data never throw: Result::status says what happened.
+ * Same input, same bits, for any number of threads. Data never throw: Result::status says what happened. When
+ * Options::time_limit seconds are over, the status is Status::TimeLimit, and Result holds the best poses so far: the
+ * evidence against them is not complete, nor are they exact. (Profile::Paper2017 ranks what it has.)
+ * \param[in] source,target prepared with the same profile, or the status is Status::InvalidInput
+ * \param[in] options those that the scans were prepared with (see PreparedScan::isPreparedWith()); what the search
+ * alone reads may differ \param[in] guess optional: refined and judged as one more candidate; never needed, never
+ * degrades the answer \return all that was found; the pose may be used only when Result::accepted() \throw
+ * std::invalid_argument when \p options are out of range
  */
 PCL_SSFR_EXPORT Result
 registerScans(const PreparedScan& source,
@@ -23,8 +25,8 @@ registerScans(const PreparedScan& source,
               const Options& options,
               const Eigen::Isometry3d* guess = nullptr);
 
-/** \brief The same with a \p deadline that may have been set earlier, in place of Options::time_limit: give one to
- * prepareScans() and to this, and it covers both.
+/** \brief The same with a \p deadline that may have been set earlier, in place of Options::time_limit: given to
+ * prepareScans() and to this, it covers both.
  */
 PCL_SSFR_EXPORT Result
 registerScans(const PreparedScan& source,

@@ -22,22 +22,25 @@ struct PreparedData; // what the stages need of one scan; internal to the core
  */
 class PCL_SSFR_EXPORT PreparedScan {
 public:
+  /// An empty one.
   PreparedScan() = default;
+  /// Made by prepareScan(); not for users.
   explicit PreparedScan(std::shared_ptr<const PreparedData> data) : data_(std::move(data)) {}
 
+  /// True until it is assigned what prepareScan() returns.
   bool
   empty() const
   {
     return !data_;
   }
-  /// False when it is empty, or when time ran out before it was ready: registerScans() then only reports that.
+  /// False when it is empty, or when the deadline passed before it was ready: registerScans() then only reports that.
   bool
   isComplete() const;
   /// Whether it is what prepareScan() would give with \p options, as long as the points have not changed; false when it
   /// is empty.
   bool
   isPreparedWith(const Options& options) const;
-  /// Only when it is not empty.
+  /// What the stages need; not for users. Must not be empty().
   const PreparedData&
   data() const
   {
@@ -51,14 +54,21 @@ private:
 /** \brief Stages 1 to 5 for one scan: centre, sample, normals or patches, Gaussian sphere, densities, main normals.
  *
  * Never fails on data: a scan that is empty or degenerate gives a prepared scan that registers as such.
- * \param[in] deadline when it passes meanwhile the scan is not complete; Options::time_limit is not read here
- * \throw std::invalid_argument when \p options are out of range.
+ * \param[in] scan borrowed until this returns
+ * \param[in] options the same as for registerScans(); time_limit is not read here
+ * \param[in] deadline when it passes before the end, the scan is not complete
+ * \return the prepared scan, independent of the memory of \p scan
+ * \throw std::invalid_argument when \p options are out of range
  */
 PCL_SSFR_EXPORT PreparedScan
 prepareScan(const ScanView& scan, const Options& options, const Deadline& deadline = Deadline());
 
-/** \brief prepareScan() for both scans of a pair; at the same time where options.threads allows it.
- * \return source and target, the same bits as prepareScan() gives \throw std::invalid_argument as prepareScan()
+/** \brief prepareScan() for both scans of a pair; at the same time where Options::threads allows it.
+ * \param[in] source,target borrowed until this returns
+ * \param[in] options the same as for registerScans(); time_limit is not read here
+ * \param[in] deadline when it passes before the end, one or both scans are not complete
+ * \return source and target, the same bits as prepareScan() gives
+ * \throw std::invalid_argument when \p options are out of range
  */
 PCL_SSFR_EXPORT std::pair<PreparedScan, PreparedScan>
 prepareScans(const ScanView& source,

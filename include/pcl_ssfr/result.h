@@ -20,49 +20,49 @@ enum class Status {
   Converged,        ///< a pose was found and accepted
   InvalidInput,     ///< a cloud is missing or an option is out of range
   TooFewPoints,     ///< too few finite points in one of the scans
-  TooFewDirections, ///< fewer than two main normals that are not parallel: the rotation is unobservable
+  TooFewDirections, ///< fewer than two main normals that are not parallel, and nothing else determines the rotation
   NoCandidate,      ///< no pose that fits the scans' main normals lays surfaces of the two on each other
   Ambiguous,        ///< several distinct poses explain the scans about equally well (symmetry, repetition)
-  Unobservable,     ///< the scene leaves a direction of motion undetermined (corridor without an end)
+  Unobservable,     ///< the scene does not determine a direction of motion (corridor without an end)
   LowOverlap,       ///< the best pose lays too little of the scans on each other: probably unrelated
   Contradicted,     ///< the best pose puts surfaces where the other sensor saw free space
   TimeLimit         ///< the time limit ran out before the search was complete: candidates hold what was found so far
 };
 
-/// The enumerator's name, in snake_case as in the JSON output ("converged", "too_few_directions", ...).
+/// The enumerator's name in snake_case, as in the JSON output ("converged", "too_few_directions", ...).
 PCL_SSFR_EXPORT const char*
 toString(Status status);
 
 /// What went into and came out of one stage, and how long it took.
 struct StageReport {
-  std::string name;
-  double seconds = 0; ///< wall clock [s]
-  std::uint64_t count_in = 0;
-  std::uint64_t count_out = 0;
+  std::string name;            ///< the stage, that of a scan with "source " or "target " before it
+  double seconds = 0;          ///< wall clock [s]
+  std::uint64_t count_in = 0;  ///< things that went in: points, directions, rotations, poses, ...
+  std::uint64_t count_out = 0; ///< things that came out
 };
 
 /// Evidence about one pose beyond overlap and contradiction; what the confidence is computed from.
 struct CandidateEvidence {
-  /// Shares of the patches, each with the fourth root of its area, that met their like and that hang in the other
-  /// sensor's free space, [0, 1]: the score is made of these.
+  /// Share of the patches, each weighted by the fourth root of its area, that met a compatible patch, [0, 1].
   double patches_matched = 0;
+  /// Share of the patches, weighted likewise, that lie in the other sensor's free space, [0, 1].
   double patches_contradicted = 0;
-  /// The first share and the score, of those patches alone that face their own sensor: a line of points, which noise
-  /// spreads to a plane through the sensor, is left out.
+  /// As patches_matched, of those patches alone that face their own sensor: a line of points, which noise spreads to a
+  /// plane through the sensor, is left out.
   double facing_matched = 0;
-  double facing_score = 0;
-  double unmatched = 0; ///< share of the surface that is in view of the other sensor but met nothing like it, [0, 1]
+  double facing_score = 0; ///< as Candidate::score, of those patches alone that face their own sensor
+  double unmatched = 0; ///< share of the surface that is in view of the other sensor but met nothing compatible, [0, 1]
   double weakest_direction = 0; ///< matched share of the visible surface, in the direction where it is least, [0, 1]
   double third_direction =
       0; ///< matched surface that faces the direction that least of it faces, share of all, [0, 1/3]
 };
 
-/// One pose that was considered, with the evidence for and against it.
+/// A pose that was considered, with the evidence for and against it.
 struct Candidate {
   Eigen::Isometry3d T_target_source = Eigen::Isometry3d::Identity(); ///< maps source points into the target frame
   double score = 0;           ///< what candidates are ranked by; comparable within one registration only
   double overlap = 0;         ///< share of the surface that met its counterpart, [0, 1]
-  double contradiction = 0;   ///< share of the surface that hangs in the other sensor's free space, [0, 1]
+  double contradiction = 0;   ///< share of the surface that lies in the other sensor's free space, [0, 1]
   CandidateEvidence evidence; ///< default profile only
   bool from_guess = false;    ///< the caller's initial guess (refined), not found by the method
 };
@@ -77,8 +77,8 @@ struct UnobservableDirection {
 
 /// All that a registration found. Safe to use as constructed: identity pose, not run.
 struct Result {
-  Status status = Status::NotRun;
-  std::string message; ///< one sentence for people: what was found, or why nothing was accepted
+  Status status = Status::NotRun; ///< why it ended
+  std::string message;            ///< one sentence for people: what was found, or why nothing was accepted
   Eigen::Isometry3d T_target_source = Eigen::Isometry3d::Identity(); ///< best pose; meaningful when accepted
   double overlap = 0;                                                ///< of the best pose, [0, 1]
   double contradiction = 0;                                          ///< of the best pose, [0, 1]
@@ -88,17 +88,18 @@ struct Result {
   /// Information matrix (inverse covariance) of the pose, order (rotation [rad], translation [m]): a small motion
   /// (w, v) applied on the left about the target's origin, T <- Exp(w, v) T. Zero when nothing was judged.
   Eigen::Matrix<double, 6, 6> information = Eigen::Matrix<double, 6, 6>::Zero();
-  std::vector<Candidate> candidates; ///< distinct poses, best first; the first is T_target_source
-  std::vector<UnobservableDirection> unobservable;
+  std::vector<Candidate> candidates;               ///< distinct poses, best first; the first is T_target_source
+  std::vector<UnobservableDirection> unobservable; ///< directions that the scene does not determine
   /// In order of execution; those of the scans as they were prepared, which may have been for an earlier registration.
   std::vector<StageReport> stages;
-  bool source_viewpoint_used = false; ///< normals and free space of the source were tied to a place of its sensor
-  bool target_viewpoint_used = false;
+  bool source_viewpoint_used = false;  ///< a place of the source's sensor gave its normals and its free space
+  bool target_viewpoint_used = false;  ///< the same of the target
   bool source_viewpoint_found = false; ///< that place was found in the points, not given
-  bool target_viewpoint_found = false;
+  bool target_viewpoint_found = false; ///< the same of the target
   Eigen::Vector3d source_viewpoint = Eigen::Vector3d::Zero(); ///< that place, source frame [m]; zero when not used
-  Eigen::Vector3d target_viewpoint = Eigen::Vector3d::Zero(); ///< target frame [m]
+  Eigen::Vector3d target_viewpoint = Eigen::Vector3d::Zero(); ///< the same of the target, target frame [m]
 
+  /// Whether the pose may be used: the status is Status::Converged.
   bool
   accepted() const
   {

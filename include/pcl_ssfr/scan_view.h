@@ -24,7 +24,7 @@ struct ScanView {
   std::size_t index_count = 0;           ///< number of \ref indices
   /// Position of the sensor in the coordinates of the points [m], when the caller knows or assumes one.
   Eigen::Vector3d viewpoint = Eigen::Vector3d::Zero();
-  /// The viewpoint was given by the user: it is accepted whatever the points look like.
+  /// The viewpoint was given by the user: it is used whatever the points look like.
   bool viewpoint_is_known = false;
 
   /// Number of points to visit (before non-finite ones are dropped).

@@ -44,8 +44,8 @@ namespace pcl_ssfr {
  *
  * No parameter is required; every scale is derived from the clouds. Lengths are in metres, angles in radians.
  *
- * **Result.** hasConverged() is true only when a pose was accepted; getResult() reports the status and the reason, the
- * ranked candidates, the overlap, a confidence and what the scene leaves unobservable. getFinalTransformation() maps
+ * **Result.** hasConverged() is true only when a pose was accepted; getResult() gives the status and the reason, the
+ * ranked candidates, the overlap, a confidence and what the scene does not determine. getFinalTransformation() maps
  * the original source onto the target, a guess included. Without an accepted pose it is the guess, as after a failed
  * pcl::IterativeClosestPoint, and the output is the source moved by it. getFinalNumIteration() is the number of
  * distinct poses that the search ended with, getResult().candidates.
@@ -58,8 +58,8 @@ namespace pcl_ssfr {
  *
  * **Viewpoint.** Normals are oriented towards the sensor, and space between it and the points is taken to be free. The
  * sensor is at each cloud's `sensor_origin_`, which PCL does not move along with the points: on merged or moved clouds
- * it is wrong. By default (ViewpointMode::Auto) it is accepted only when the points agree with it. setSourceViewpoint()
- * and setTargetViewpoint() give it explicitly; ViewpointMode::Unknown never accepts it.
+ * it is wrong. By default (ViewpointMode::Auto) it is used only when the points agree with it. setSourceViewpoint() and
+ * setTargetViewpoint() give it explicitly; ViewpointMode::Unknown never uses it.
  *
  * **Guess.** Never needed and never harmful: a guess other than the identity is judged as one more candidate. With
  * setGuessTolerance() it is a prior instead.
@@ -112,10 +112,15 @@ template <typename PointSource, typename PointTarget, typename Scalar = float>
 class PCL_SSFR_EXPORT StructuredSceneRegistration
     : public detail::RegistrationAdaptor<PointSource, PointTarget, Scalar> {
 public:
+  /// What it has in common with the other registration classes of this library.
   using Adaptor = detail::RegistrationAdaptor<PointSource, PointTarget, Scalar>;
+  /// The base class.
   using Base = pcl::Registration<PointSource, PointTarget, Scalar>;
+  /// This class.
   using Self = StructuredSceneRegistration<PointSource, PointTarget, Scalar>;
+  /// Shared pointer to it.
   using Ptr = pcl::shared_ptr<Self>;
+  /// Shared pointer to a constant one.
   using ConstPtr = pcl::shared_ptr<const Self>;
 
   using typename Adaptor::Matrix4;
@@ -146,7 +151,7 @@ public:
   /// Number of threads; 0: all processors. The result does not depend on it.
   void
   setNumberOfThreads(unsigned threads);
-  /// Whether the viewpoints are accepted as the positions of the sensors; see the class description.
+  /// Whether the sensors are taken to be at the viewpoints; see the class description.
   void
   setViewpointMode(ViewpointMode mode);
   /// Position of the source's sensor in the coordinates of the source [m]. Holds for every source set from now on.
@@ -158,8 +163,8 @@ public:
   /// Use the clouds' `sensor_origin_` again.
   void
   clearViewpoints();
-  /** \brief Give the vertical in both scans: poses that do not map one onto the other are not considered, and where
-   * the scans constrain the tilt less than it does, it is kept.
+  /** \brief Give the vertical in both scans: poses that do not map one onto the other are not considered, and where the
+   * scans determine the tilt worse than it does, it is kept.
    * \param[in] up_source,up_target directions (any length but 0), in the coordinates of the source and the target
    * \param[in] tolerance largest angle between the mapped and the given vertical [rad], (0, pi]: three standard
    * deviations of what is given
@@ -169,7 +174,7 @@ public:
   /// Forget the vertical.
   void
   clearGravity();
-  /** \brief State how good the guess of align() is, which may then be the identity too: only poses within the tolerance
+  /** \brief Say how exact the guess of align() is, which may then be the identity too: only poses within the tolerance
    * are considered, which is surer and faster.
    * \param[in] rotation largest angle between the rotations [rad], (0, pi]
    * \param[in] translation largest distance between the positions of the source's sensor [m], > 0
@@ -182,8 +187,8 @@ public:
   /// Polish the answer by robust point-to-plane steps (on by default in Profile::Default).
   void
   setRefinement(bool refine);
-  /// End so long after the call of align() [s], with the best answer by then; 0 (default): no limit. Preparation counts
-  /// when it is not cached. With a limit, runs may differ.
+  /// End so long after the call of align() [s], with the best poses by then, not accepted; 0 (default): no limit.
+  /// Preparation counts when it is not cached. With a limit, runs may differ.
   void
   setTimeLimit(double seconds);
 
@@ -275,15 +280,15 @@ public:
 #include <pcl_ssfr/impl/structured_scene_registration.hpp>
 #else
 namespace pcl_ssfr {
-extern template class StructuredSceneRegistration<pcl::PointXYZ, pcl::PointXYZ, float>;
-extern template class StructuredSceneRegistration<pcl::PointXYZ, pcl::PointXYZ, double>;
-extern template class StructuredSceneRegistration<pcl::PointXYZI, pcl::PointXYZI, float>;
-extern template class StructuredSceneRegistration<pcl::PointXYZI, pcl::PointXYZI, double>;
-extern template class StructuredSceneRegistration<pcl::PointXYZRGB, pcl::PointXYZRGB, float>;
-extern template class StructuredSceneRegistration<pcl::PointXYZRGB, pcl::PointXYZRGB, double>;
-extern template class StructuredSceneRegistration<pcl::PointNormal, pcl::PointNormal, float>;
-extern template class StructuredSceneRegistration<pcl::PointNormal, pcl::PointNormal, double>;
-extern template class StructuredSceneRegistration<pcl::PointXYZINormal, pcl::PointXYZINormal, float>;
-extern template class StructuredSceneRegistration<pcl::PointXYZINormal, pcl::PointXYZINormal, double>;
+extern template class PCL_SSFR_EXPORT StructuredSceneRegistration<pcl::PointXYZ, pcl::PointXYZ, float>;
+extern template class PCL_SSFR_EXPORT StructuredSceneRegistration<pcl::PointXYZ, pcl::PointXYZ, double>;
+extern template class PCL_SSFR_EXPORT StructuredSceneRegistration<pcl::PointXYZI, pcl::PointXYZI, float>;
+extern template class PCL_SSFR_EXPORT StructuredSceneRegistration<pcl::PointXYZI, pcl::PointXYZI, double>;
+extern template class PCL_SSFR_EXPORT StructuredSceneRegistration<pcl::PointXYZRGB, pcl::PointXYZRGB, float>;
+extern template class PCL_SSFR_EXPORT StructuredSceneRegistration<pcl::PointXYZRGB, pcl::PointXYZRGB, double>;
+extern template class PCL_SSFR_EXPORT StructuredSceneRegistration<pcl::PointNormal, pcl::PointNormal, float>;
+extern template class PCL_SSFR_EXPORT StructuredSceneRegistration<pcl::PointNormal, pcl::PointNormal, double>;
+extern template class PCL_SSFR_EXPORT StructuredSceneRegistration<pcl::PointXYZINormal, pcl::PointXYZINormal, float>;
+extern template class PCL_SSFR_EXPORT StructuredSceneRegistration<pcl::PointXYZINormal, pcl::PointXYZINormal, double>;
 } // namespace pcl_ssfr
 #endif

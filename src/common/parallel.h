@@ -107,9 +107,13 @@ forEachInParallel(std::int64_t count, std::int64_t grain, int threads, const Bod
     constexpr std::int64_t kTasksPerThread = 8;
     const std::int64_t most = kTasksPerThread * omp_get_num_threads();
     const std::int64_t piece = std::max(grain, (count + most - 1) / most);
+// Clang 14 counts the tasks unsigned, and warns of that.
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wsign-compare"
 #pragma omp taskloop grainsize(piece) default(shared)
     for (std::int64_t i = 0; i < count; ++i)
       failure.guard([&] { body(i); });
+#pragma GCC diagnostic pop
   }
   else {
 #pragma omp parallel for schedule(dynamic, grain) num_threads(threads)

@@ -11,6 +11,11 @@ namespace pcl_ssfr {
 /// Points or directions, one a column, 3 x N. Points are in metres [m].
 using Points3 = Eigen::Matrix3Xd;
 
+/// |cosine| between a normal and a line of sight from which on a surface faces that sensor: six degrees. A plane through
+/// the sensor cannot be seen: patches that do not face their own one are lines of points, one sweep along a wall or the
+/// edge of a thing, which noise spreads along the line of sight. They lie where something is, but are no surface.
+constexpr double kMinFacing = 0.1;
+
 /** \brief Weighted oriented samples of a scanned surface: what every stage after preparation works on.
  *
  * The paper's profile fills them with points and unit weights, the default profile with planar patches and their
@@ -22,6 +27,7 @@ struct OrientedSamples {
   Eigen::VectorXd weights; ///< surface that each sample stands for, N, > 0 [m^2]; 1 for the paper's points
   Eigen::VectorXd extents; ///< half width of the sample within its plane, N, >= 0 [m]; 0 for points
   /// |cosine| of the angle between normal and line of sight, N, [0, 1]; empty or 1: the sensor's place is not known.
+  /// Below kMinFacing a sample does not face its sensor.
   Eigen::VectorXd facing;
   bool oriented = true; ///< false: the sign of the normals carries no information (viewpoint unknown)
 

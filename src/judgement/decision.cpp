@@ -4,10 +4,10 @@
 #include "judgement/decision.h"
 
 #include "judgement/confidence.h"
-#include "judgement/observability.h"
-#include "profiles/patch_constants.h"
+#include "judgement/pose_uncertainty.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <limits>
@@ -25,9 +25,6 @@ constexpr double kHopelessOverlap = 0.15;
 constexpr double kLeastOverlap = 0.044;
 constexpr double kLeastOverlapConfidence = 0.3;
 constexpr double kTellingContradiction = 0.1; // of the visible surface
-// [rad] one standard deviation. Patches of one scanner err alike in both scans: with 16 rings indoors the error is up
-// to five times the deviation, and a pose should be known to two degrees.
-constexpr double kMaxRotationDeviation = 0.007;
 constexpr double kUnobservableConfidence = 0.3;
 constexpr double kSameSensor = 0.1;           // [m] at scale 1
 constexpr double kSensorOnSensorRatio = 0.85; // of the best score: a rival of a pose that lays sensor on sensor
@@ -116,22 +113,20 @@ laysSensorOnSensor(const JudgedPose& pose, const DecisionContext& context)
 
 /// Whether little surface tells where along some direction the source is: there the pattern of the rays weighs much.
 bool
-isWeaklyDetermined(const Refinement& polish)
+isWeaklyDetermined(const PoseUncertainty& uncertainty)
 {
-  const std::vector<UnobservableDirection> directions =
-      findUnobservableDirections(polish, ObservabilityOptions{kWeakInformation});
-  return std::any_of(directions.begin(), directions.end(), [](const UnobservableDirection& d) { return !d.rotation; });
+  return !uncertainty.translations.empty() && uncertainty.translations.front().strength < kWeakInformation;
 }
 
 /// Poses that explain the scans about as well as the best, itself included. One that matches more surface may score a
 /// little less: what little contradicts it may be things that moved, or curved surface told by flat patches. And
 /// where several come near, the scene repeats itself: the truth may be one more that was not even found.
 std::size_t
-countEquals(const std::vector<JudgedPose>& poses, const Refinement& polish, const DecisionContext& context)
+countEquals(const std::vector<JudgedPose>& poses, const PoseUncertainty& uncertainty, const DecisionContext& context)
 {
   const JudgedPose& best = poses.front();
   const double least = !laysSensorOnSensor(best, context) ? ambiguousRatio(context.free_space)
-                       : isWeaklyDetermined(polish)       ? kPatternRatio
+                       : isWeaklyDetermined(uncertainty)       ? kPatternRatio
                                                           : kSensorOnSensorRatio;
   std::size_t equal = 0;
   std::size_t near = 0;
@@ -146,31 +141,25 @@ countEquals(const std::vector<JudgedPose>& poses, const Refinement& polish, cons
 /// What the decision goes by.
 struct Findings {
   const std::vector<JudgedPose>& poses;
-  const Refinement& polish;
+  const PoseUncertainty& uncertainty;
   const DecisionContext& context;
   Candidate best;          ///< the first of the poses, as users are told of it
   const JudgedPose* rival; ///< the strongest; null: there is none
 };
 
-/// What the scene does not tell, for people; empty: it tells everything, or nothing was polished. A turn that it hardly
-/// tells is added to the directions of \p decision.
+/// What the scene does not tell, for people; empty: it tells everything, or nothing was polished.
 std::string
-unobservableText(Decision& decision, const Findings& found)
+unobservableText(const Decision& decision, const Findings& found)
 {
-  if (!decision.unobservable.empty()) {
-    const UnobservableDirection& open = decision.unobservable.front();
-    return "the scene does not determine the " +
-           directionText(open.rotation ? "rotation about" : "translation along", open.direction);
-  }
-  if (found.polish.matches == 0)
+  if (decision.unobservable.empty())
     return "";
-  const RotationDeviation turn =
-      largestRotationDeviation(found.polish, found.context.noise_floor, kAlikePoints, found.context.rotation_prior);
-  if (!(turn.deviation > kMaxRotationDeviation))
-    return "";
-  decision.unobservable.push_back({turn.axis, true, turn.strength});
-  return "the scene hardly determines the " + directionText("rotation about", turn.axis) +
-         formatted(": to %.2f degrees, one standard deviation", turn.deviation * kDegrees);
+  const UnobservableDirection& open = decision.unobservable.front();
+  const std::string direction = directionText(open.rotation ? "rotation about" : "translation along", open.direction);
+  const double deviation = found.uncertainty.largestRotationDeviation();
+  if (!open.rotation || std::isinf(deviation))
+    return "the scene does not determine the " + direction;
+  return "the scene hardly determines the " + direction +
+         formatted(": to %.2f degrees, one standard deviation", deviation * kDegrees);
 }
 
 /// Where the strongest rival lies, for people; empty: there is none.
@@ -249,12 +238,13 @@ decideOnEvidence(Decision& decision, const Findings& found)
 Decision
 decide(const std::vector<JudgedPose>& poses, const Refinement& polish, const DecisionContext& context)
 {
-  const Findings found{poses, polish, context, describe(poses.front()), findRival(poses, context)};
+  const PoseUncertainty uncertainty = poseUncertainty(polish, context.noise_floor, context.rotation_prior);
+  const Findings found{poses, uncertainty, context, describe(poses.front()), findRival(poses, context)};
   Decision decision;
   decision.confidence = estimateConfidence(
       found.best, found.rival ? leadOver(*found.rival, poses.front()) : kNoRival, context.free_space);
-  decision.unobservable = findUnobservableDirections(polish);
-  decision.equals = countEquals(poses, polish, context);
+  decision.unobservable = unobservableDirections(uncertainty);
+  decision.equals = countEquals(poses, uncertainty, context);
   decideOnEvidence(decision, found);
   // Nothing but the things on the plane could have told.
   if (!context.few_directions.empty() && decision.status != Status::Converged)

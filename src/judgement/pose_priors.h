@@ -66,8 +66,8 @@ public:
   std::optional<KnownVertical>
   vertical() const;
 
-  /// Information on the rotation [1/rad^2], target frame, beside what the matches claim: of a guess as much as its
-  /// tolerance says, of a vertical as much as it tells the refinements.
+  /// Information on the rotation [1/rad^2], target frame: the tolerance of a guess is one standard deviation, that of a
+  /// vertical three.
   Eigen::Matrix3d
   rotationInformation() const;
 

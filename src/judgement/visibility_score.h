@@ -18,11 +18,7 @@ struct VisibilityOptions {
   float free_margin = 0.3f;   ///< ... less this [m]: hangs in free space
   float hidden_ratio = 1.05f; ///< farther than this share of the farthest return ...
   float hidden_margin = 0.3f; ///< ... plus this [m]: hidden behind what was seen
-  /// |cosine| between a normal and a line of sight from which on a sample faces that sensor (six degrees). A plane
-  /// through the sensor cannot be seen: patches that do not face their own one (OrientedSamples::facing) are lines of
-  /// points, one sweep along a wall or the edge of a thing, which noise spreads along the line of sight. They lie where
-  /// something is, but are no surface.
-  double min_facing = 0.1;
+  double min_facing = kMinFacing; ///< |cosine| between a normal and a line of sight from which on a sample faces that sensor
 };
 
 /// How loudly the samples of a scan speak for a pose and against it: each with the fourth root of its area [m^2]. A

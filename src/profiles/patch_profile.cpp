@@ -9,8 +9,8 @@
 #include "judgement/confidence.h"
 #include "judgement/decision.h"
 #include "judgement/judged_pose.h"
-#include "judgement/observability.h"
 #include "judgement/pose_priors.h"
+#include "judgement/pose_uncertainty.h"
 #include "profiles/patch_constants.h"
 #include "profiles/patch_pair.h"
 
@@ -541,12 +541,17 @@ private:
     }
   }
 
+  PoseUncertainty
+  uncertaintyOf(const Refinement& polish) const
+  {
+    return poseUncertainty(polish, kNoiseFloor * scale_, priors_.rotationInformation());
+  }
+
   /// Whether the matches of the polish and the priors tell every turn so well that there is one place only.
   bool
   isSureOfTurn(const Refinement& polish) const
   {
-    return largestRotationDeviation(polish, kNoiseFloor * scale_, kAlikePoints, priors_.rotationInformation())
-               .deviation < kSureTurn;
+    return uncertaintyOf(polish).largestRotationDeviation() < kSureTurn;
   }
 
   /// The polished best pose, moved to and fro along what the matches tell least about.
@@ -555,9 +560,9 @@ private:
   {
     std::vector<JudgedPose> beside;
     const Eigen::Vector3d& centre = best.polish->centre;
-    const std::vector<MotionStrength> motions = rankMotions(*best.polish);
+    const std::vector<PrincipalMotion> motions = uncertaintyOf(*best.polish).motions;
     for (std::size_t k = 0; k < std::min(kBesideDirections, motions.size()); ++k)
-      if (motions[k].strength < kBesideStrength)
+      if (motions[k].deviation > motions.back().deviation / std::sqrt(kBesideStrength))
         for (const double distance : kBesideDistances)
           for (const int sign : {-1, 1}) {
             JudgedPose place = best;
@@ -596,7 +601,7 @@ private:
     result_.rmse = polish.rms;
     result_.information.setZero();
     if (polish.matches > 0)
-      result_.information = informationMatrix(polish, target_.origin, kNoiseFloor * scale_, kAlikePoints);
+      result_.information = uncertaintyOf(polish).informationAbout(-target_.origin);
     const Decision decision = decide(poses, polish, decisionContext());
     result_.confidence = decision.confidence;
     result_.unobservable = decision.unobservable;

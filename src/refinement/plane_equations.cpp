@@ -14,8 +14,6 @@ namespace pcl_ssfr {
 
 namespace {
 
-constexpr double kFreeMotion = 1e-6; // eigenvalues below this share of the largest are motions left free
-
 using Doubles = PlaceBlock::Doubles;
 // Loops read whole groups.
 static_assert(PlaceBlock::kSize % kSumGroup == 0);
@@ -147,6 +145,44 @@ addSpread(const PlaneMatches& matches, const MatchSpread& spread, PlaneEquations
           dot(weighted[row], moments[column], padded);
     equations.gradient[static_cast<Eigen::Index>(row)] += dot(weighted[row], lengths, padded);
   }
+}
+
+EquationStatisticsSum::EquationStatisticsSum(std::size_t source_patches, std::size_t target_patches, double scale)
+    : square_(scale * scale), source_patches_(source_patches), patches_(source_patches + target_patches)
+{}
+
+void
+EquationStatisticsSum::add(std::size_t source_patch,
+                           std::size_t target_patch,
+                           const Eigen::Vector3d& p,
+                           const Eigen::Vector3d& n,
+                           double r,
+                           double weight,
+                           bool determines)
+{
+  Vector6 jacobian;
+  jacobian << p.cross(n), n;
+  const double q = square_ / (square_ + r * r);
+  const double w = weight * q * q;
+  // psi = r q^2; its derivative is q^2 (1 - 4 r^2 / (scale^2 + r^2)), and r^2 / (scale^2 + r^2) = 1 - q.
+  if (determines)
+    sums_.curvature.noalias() += (w * (4 * q - 3)) * jacobian * jacobian.transpose();
+  sums_.unit_scatter.noalias() += (w * w) * jacobian * jacobian.transpose();
+  for (const std::size_t patch : {source_patch, source_patches_ + target_patch}) {
+    patches_[patch].gradient += (w * r) * jacobian;
+    patches_[patch].offset += w * jacobian;
+  }
+}
+
+EquationStatistics
+EquationStatisticsSum::statistics() const
+{
+  EquationStatistics total = sums_;
+  for (const PatchSum& patch : patches_) {
+    total.scatter.noalias() += patch.gradient * patch.gradient.transpose();
+    total.unit_scatter.noalias() += patch.offset * patch.offset.transpose();
+  }
+  return total;
 }
 
 } // namespace pcl_ssfr

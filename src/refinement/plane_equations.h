@@ -8,8 +8,13 @@
 #include <Eigen/Core>
 
 #include <cstddef>
+#include <vector>
 
 namespace pcl_ssfr {
+
+/// Motions with less than this share of the largest eigenvalue of their equations are left free: rounding alone gives
+/// some.
+constexpr double kFreeMotion = 1e-6;
 
 /// Normal equations of the robust plane distances, about a fixed centre: J = [p x n; n].
 struct PlaneEquations {
@@ -86,5 +91,60 @@ addMatches(PlaneMatches& matches, double scale, double most, PlaneEquations& equ
 /// After addMatches(): the surface around the matches.
 void
 addSpread(const PlaneMatches& matches, const MatchSpread& spread, PlaneEquations& equations);
+
+/** \brief How plane distances that are weighed as by addMatches() react to a small motion, and by how much what they say
+ * of it scatters from patch to patch: what the covariance of the pose needs (pose_uncertainty.h).
+ */
+struct EquationStatistics {
+  using Matrix6 = PlaneEquations::Matrix6;
+
+  /// Derivative of the gradient: sum of weight psi'(r) J J^T, psi being the robust function that addMatches() sums.
+  /// Matches at the far end of psi count against it, so what finds a partner wherever the pose is adds next to nothing.
+  /// May have negative eigenvalues where the matches determine nothing.
+  Matrix6 curvature = Matrix6::Zero();
+  /// Sum over the patches of both scans of s s^T, where s is what the matches of one patch add to the gradient
+  /// (units of the gradient, squared). Points on a patch err alike, patches err independently.
+  Matrix6 scatter = Matrix6::Zero();
+  /// What the scatter would be if each patch and each match had an independent error of distance of 1 m.
+  Matrix6 unit_scatter = Matrix6::Zero();
+};
+
+/// Collects the statistics of matches between patches of two scans.
+class EquationStatisticsSum {
+public:
+  /// \param[in] scale of the robust function [m]
+  EquationStatisticsSum(std::size_t source_patches, std::size_t target_patches, double scale);
+
+  /** \brief Add a match.
+   * \param[in] source_patch patch of the source that it involves: of the place, or the plane \param[in] target_patch
+   * the same of the target \param[in] p place relative to the centre [m] \param[in] n unit normal of the plane
+   * \param[in] r distance along it [m] \param[in] weight before the robust one
+   * \param[in] determines false: it belongs to no surface, so it tells no motion; it scatters all the same
+   */
+  void
+  add(std::size_t source_patch,
+      std::size_t target_patch,
+      const Eigen::Vector3d& p,
+      const Eigen::Vector3d& n,
+      double r,
+      double weight,
+      bool determines);
+
+  EquationStatistics
+  statistics() const;
+
+private:
+  using Vector6 = PlaneEquations::Vector6;
+
+  struct PatchSum {
+    Vector6 gradient = Vector6::Zero();
+    Vector6 offset = Vector6::Zero(); ///< gradient of an offset of 1 m
+  };
+
+  double square_; ///< of the scale [m^2]
+  std::size_t source_patches_;
+  std::vector<PatchSum> patches_; ///< of the source, then of the target
+  EquationStatistics sums_;       ///< of single matches
+};
 
 } // namespace pcl_ssfr

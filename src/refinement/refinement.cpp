@@ -107,13 +107,15 @@ addVertical(const KnownVertical& vertical,
   equations.gradient.head<3>() -= information * up.cross(vertical.up_target);
 }
 
-/// The loop that both refinements share; \p accumulate(step, equations) adds the matches.
-template <typename Accumulate>
+/// The loop that both refinements share; \p accumulate(step, equations) adds the matches. \p conclude(step) gives the
+/// statistics of the matches as they are at the pose where it ends.
+template <typename Accumulate, typename Conclude>
 Refinement
 refine(const Eigen::Isometry3d& T_start,
        const Eigen::Vector3d& centre,
        const RefinementOptions& options,
-       const Accumulate& accumulate)
+       const Accumulate& accumulate,
+       const Conclude& conclude)
 {
   Refinement result;
   result.T_target_source = T_start;
@@ -122,9 +124,9 @@ refine(const Eigen::Isometry3d& T_start,
   const double last = std::min(options.final_distance, first);
   const int shrinking = std::max(1, options.steps / 2);
   double moved = std::numeric_limits<double>::infinity(); // since the matches were found [m]
+  PatchIndex::Tolerance tolerance = options.match;
   for (int step = 0; step < options.steps; ++step) {
     const double f = std::min(1.0, static_cast<double>(step) / shrinking);
-    PatchIndex::Tolerance tolerance = options.match;
     tolerance.distance = static_cast<float>(first * std::pow(last / first, f));
     const Step state = {result.T_target_source,
                         centre,
@@ -154,7 +156,15 @@ refine(const Eigen::Isometry3d& T_start,
       break;
   }
   result.T_target_source.linear() = Eigen::Quaterniond(result.T_target_source.linear()).normalized().toRotationMatrix();
+  result.statistics =
+      conclude(Step{result.T_target_source, centre, tolerance, 0.5 * static_cast<double>(tolerance.distance), false});
   return result;
+}
+
+EquationStatistics
+noStatistics(const Step& /*step*/)
+{
+  return {};
 }
 
 } // namespace
@@ -177,10 +187,10 @@ refinePatches(const PlanarPatches& source,
               const RefinementOptions& options)
 {
   if (source.size() == 0)
-    return refine(T_target_source, Eigen::Vector3d::Zero(), options, [](const auto&...) {});
+    return refine(T_target_source, Eigen::Vector3d::Zero(), options, [](const auto&...) {}, noStatistics);
   const Eigen::Vector3d centre = T_target_source * Eigen::Vector3d(source.samples.points.rowwise().mean());
   std::vector<int> found(static_cast<std::size_t>(source.size()), -1);
-  return refine(T_target_source, centre, options, [&](const Step& step, PlaneEquations& equations) {
+  const auto accumulate = [&](const Step& step, PlaneEquations& equations) {
     const Eigen::Isometry3d& T = step.T_target_source;
     const auto addPatches = [&](Eigen::Index first, Eigen::Index count, PlaneEquations& sum) {
       PlaneMatches matches;
@@ -198,7 +208,8 @@ refinePatches(const PlanarPatches& source,
       addSpread(matches, across, sum);
     };
     addInBlocks(source.size(), 0, 1, equations, addPatches, [](const auto&...) {});
-  });
+  };
+  return refine(T_target_source, centre, options, accumulate, noStatistics);
 }
 
 SurfacePoints
@@ -219,8 +230,11 @@ drawSurfacePoints(const ThinnedCloud& cloud, const PlanarPatches& patches, int d
   while (most > 0 && size < largest && total() > static_cast<std::uint64_t>(most))
     size *= 2;
   SurfacePoints surface;
+  for (Eigen::Index i = 0; i < patches.size(); ++i)
+    surface.facing.push_back(patches.samples.facing.size() == 0 || patches.samples.facing[i] >= kMinFacing ? 1 : 0);
   surface.points.resize(3, static_cast<Eigen::Index>(total()));
   surface.normals.resize(3, surface.points.cols());
+  surface.patches.reserve(static_cast<std::size_t>(surface.points.cols()));
   Eigen::Index next = 0;
   for (std::size_t i = 0; i < patches.counts.size(); ++i) {
     const std::uint64_t count = patches.counts[i];
@@ -229,6 +243,7 @@ drawSurfacePoints(const ThinnedCloud& cloud, const PlanarPatches& patches, int d
       const std::uint64_t point = patches.first_point[i] + (2 * k + 1) * count / (2 * drawn);
       surface.points.col(next) = cloud.points.col(static_cast<Eigen::Index>(point));
       surface.normals.col(next) = patches.samples.normals.col(static_cast<Eigen::Index>(i)).cast<float>();
+      surface.patches.push_back(static_cast<std::int32_t>(i));
     }
   }
   return surface;
@@ -243,11 +258,11 @@ refineMutual(const SurfacePoints& source,
              const RefinementOptions& options)
 {
   if (source.points.cols() == 0 || target.points.cols() == 0)
-    return refine(T_target_source, Eigen::Vector3d::Zero(), options, [](const auto&...) {});
+    return refine(T_target_source, Eigen::Vector3d::Zero(), options, [](const auto&...) {}, noStatistics);
   const Eigen::Vector3d centre = T_target_source * Eigen::Vector3d(source.points.cast<double>().rowwise().mean());
   std::vector<int> found_of_source(static_cast<std::size_t>(source.points.cols()), -1);
   std::vector<int> found_of_target(static_cast<std::size_t>(target.points.cols()), -1);
-  return refine(T_target_source, centre, options, [&](const Step& step, PlaneEquations& equations) {
+  const auto accumulate = [&](const Step& step, PlaneEquations& equations) {
     const Eigen::Isometry3d& T = step.T_target_source;
     const Eigen::Isometry3d T_source_target = T.inverse();
     const auto addSource = [&](Eigen::Index first, Eigen::Index count, PlaneEquations& sum) {
@@ -270,7 +285,40 @@ refineMutual(const SurfacePoints& source,
       addMatches(matches, step.scale, step.farthest(), sum);
     };
     addInBlocks(source.points.cols(), target.points.cols(), options.threads, equations, addSource, addTarget);
-  });
+  };
+  const auto conclude = [&](const Step& step) {
+    const Eigen::Isometry3d& T = step.T_target_source;
+    EquationStatisticsSum sum(source.facing.size(), target.facing.size(), step.scale);
+    for (std::size_t i = 0; i < found_of_source.size(); ++i) {
+      if (found_of_source[i] < 0)
+        continue;
+      const Eigen::Vector3d p = T * Eigen::Vector3d(source.points.col(static_cast<Eigen::Index>(i)).cast<double>());
+      const PatchIndex::Meeting at = target_planes.meet(found_of_source[i], p);
+      const auto s = static_cast<std::size_t>(source.patches[i]);
+      const auto t = static_cast<std::size_t>(found_of_source[i]);
+      if (std::abs(at.distance) < step.farthest())
+        sum.add(s, t, p - centre, at.normal, at.distance, 1 / at.variance, source.facing[s] && target.facing[t]);
+    }
+    const Eigen::Isometry3d T_source_target = T.inverse();
+    for (std::size_t i = 0; i < found_of_target.size(); ++i) {
+      if (found_of_target[i] < 0)
+        continue;
+      const Eigen::Vector3d q = target.points.col(static_cast<Eigen::Index>(i)).cast<double>();
+      const PatchIndex::Meeting at = source_planes.meet(found_of_target[i], T_source_target * q);
+      const auto s = static_cast<std::size_t>(found_of_target[i]);
+      const auto t = static_cast<std::size_t>(target.patches[i]);
+      if (std::abs(at.distance) < step.farthest())
+        sum.add(s,
+                t,
+                q - centre,
+                T.linear() * at.normal,
+                -at.distance,
+                1 / at.variance,
+                source.facing[s] && target.facing[t]);
+    }
+    return sum.statistics();
+  };
+  return refine(T_target_source, centre, options, accumulate, conclude);
 }
 
 } // namespace pcl_ssfr

@@ -5,12 +5,15 @@
 
 #include "preparation/patch_index.h"
 #include "preparation/planar_patches.h"
+#include "refinement/plane_equations.h"
 
 #include <pcl_ssfr/deadline.h>
 
 #include <Eigen/Geometry>
 
+#include <cstdint>
 #include <optional>
+#include <vector>
 
 namespace pcl_ssfr {
 
@@ -43,6 +46,7 @@ struct Refinement {
   Eigen::Vector3d centre = Eigen::Vector3d::Zero(); ///< mean place of the source at the start, target frame [m]
   double weight = 0;                                ///< robust weight of all matches
   double rms = 0;                                   ///< weighted root mean square plane distance of the matches [m]
+  EquationStatistics statistics;                    ///< at the pose, about the centre; zero but of refineMutual()
   Eigen::Index matches = 0;
   int steps = 0;
 };
@@ -63,6 +67,8 @@ refinePatches(const PlanarPatches& source,
 struct SurfacePoints {
   Eigen::Matrix3Xf points;  ///< 3 x N [m]
   Eigen::Matrix3Xf normals; ///< unit, 3 x N
+  std::vector<std::int32_t> patches; ///< the patch that each lies on: its index in the scan's PlanarPatches, N
+  std::vector<std::uint8_t> facing;  ///< of each patch of the scan: 1 when it faces its sensor (kMinFacing), else 0
 };
 
 /// Evenly strided points of every patch with the patch's normal: \p drawn_of_group (>= 0) for each \p group (>= 1) of
@@ -72,7 +78,12 @@ struct SurfacePoints {
 SurfacePoints
 drawSurfacePoints(const ThinnedCloud& cloud, const PlanarPatches& patches, int drawn_of_group, int group, int most = 0);
 
-/** \brief The final polish: points of each scan onto the planes of the other, both ways in one system. */
+/** \brief The final polish: points of each scan onto the planes of the other, both ways in one system.
+ *
+ * Patches that do not face their sensor are lines of points that noise spreads to a plane. As lines of one sensor lie
+ * alike in every scan they find partners at any pose: they take part in the steps, but Refinement::statistics counts
+ * them as telling no motion.
+ */
 Refinement
 refineMutual(const SurfacePoints& source,
              const PatchIndex& source_planes,

@@ -5,7 +5,7 @@
 
 #include <apps/benchmark/benchmark_results.h>
 #include <apps/benchmark/report_pictures.h>
-#include <apps/simulation/random_stream.h>
+#include <apps/common/random_stream.h>
 
 #include <algorithm>
 #include <cmath>
@@ -38,7 +38,7 @@ struct MadeUpRun {
 };
 
 inline Eigen::Isometry3d
-randomPose(simulation::RandomStream& random, double metres)
+randomPose(RandomStream& random, double metres)
 {
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   T.linear() = random.rotation();
@@ -65,7 +65,7 @@ makeUpRows(const MadeUpRun& run)
     for (const double resolution : run.resolutions)
       for (std::size_t pair = 0; pair < run.pairs; ++pair)
         for (std::size_t m = 0; m < run.methods.size(); ++m) {
-          simulation::RandomStream random(17 * m + 5, 1000 * d + static_cast<std::uint64_t>(100 * resolution), pair);
+          RandomStream random(17 * m + 5, 1000 * d + static_cast<std::uint64_t>(100 * resolution), pair);
           apps::ResultRow row;
           row.dataset = run.datasets[d];
           row.pair = pair;
@@ -81,7 +81,7 @@ makeUpRows(const MadeUpRun& run)
           row.gt_rmse_m = 0.012;
           Eigen::Isometry3d start = Eigen::Isometry3d::Identity();
           if (run.perturbation != apps::Perturbation::None) {
-            simulation::RandomStream motion(3, d, pair); // the same for each method
+            RandomStream motion(3, d, pair); // the same for each method
             start.linear() = motion.rotation();
           }
           const Eigen::Isometry3d truth = truthOfPair(pair) * start.inverse();
@@ -123,7 +123,7 @@ makeUpCloud(std::uint64_t seed)
   apps::ReportCloud cloud;
   cloud.origin << 0.4, -0.2, 1.1;
   cloud.step = 1e-3;
-  simulation::RandomStream random(seed);
+  RandomStream random(seed);
   for (int i = 0; i < 1500; ++i) {
     Eigen::Vector3d p(random.uniform(-3, 3), random.uniform(-2, 2), random.uniform(-1.2, 1.3));
     switch (i % 5) {

@@ -8,8 +8,8 @@
 
 #include <pcl_ssfr/pipeline.h>
 
+#include <apps/common/random_stream.h>
 #include <apps/simulation/dataset_simulation.h>
-#include <apps/simulation/random_stream.h>
 #include <apps/simulation/ray_caster.h>
 #include <apps/simulation/scan_simulation.h>
 
@@ -73,7 +73,7 @@ takeScans(const simulation::DatasetPlan& plan, Frames frames = Frames::Turned)
     options.threads = kThreads;
     const std::vector<Eigen::Vector3f> points =
         simulateScan(*caster, prepared.sensor, prepared.T_world_sensor[i], options).points;
-    simulation::RandomStream random(kFrameSeed, i, plan.seed);
+    RandomStream random(kFrameSeed, i, plan.seed);
     Eigen::Isometry3d T_scan_sensor = Eigen::Isometry3d::Identity();
     if (frames == Frames::Turned)
       T_scan_sensor.linear() = random.rotation();

@@ -47,10 +47,15 @@ template <typename PointSource, typename PointTarget, typename Scalar = float>
 class PCL_SSFR_EXPORT BaselineRegistration
     : public pcl_ssfr::detail::RegistrationAdaptor<PointSource, PointTarget, Scalar> {
 public:
+  /// What it has in common with the other registration classes of this library.
   using Adaptor = pcl_ssfr::detail::RegistrationAdaptor<PointSource, PointTarget, Scalar>;
+  /// The base class.
   using Base = pcl::Registration<PointSource, PointTarget, Scalar>;
+  /// This class.
   using Self = BaselineRegistration<PointSource, PointTarget, Scalar>;
+  /// Shared pointer to it.
   using Ptr = pcl::shared_ptr<Self>;
+  /// Shared pointer to a constant one.
   using ConstPtr = pcl::shared_ptr<const Self>;
 
   using typename Adaptor::Matrix4;
@@ -105,6 +110,7 @@ protected:
   runMethod(const ScanView& source, const ScanView& target, const std::optional<Eigen::Isometry3d>& guess) const = 0;
 
   unsigned
+  /// Threads to use, at least 1.
   threads() const override;
 
 private:
@@ -128,13 +134,13 @@ public:
 #include <pcl_ssfr/baselines/impl/baseline_registration.hpp>
 #else
 namespace pcl_ssfr::baselines {
-extern template class BaselineRegistration<pcl::PointXYZ, pcl::PointXYZ, float>;
-extern template class BaselineRegistration<pcl::PointXYZ, pcl::PointXYZ, double>;
-extern template class BaselineRegistration<pcl::PointXYZI, pcl::PointXYZI, float>;
-extern template class BaselineRegistration<pcl::PointXYZI, pcl::PointXYZI, double>;
-extern template class BaselineRegistration<pcl::PointNormal, pcl::PointNormal, float>;
-extern template class BaselineRegistration<pcl::PointNormal, pcl::PointNormal, double>;
-extern template class BaselineRegistration<pcl::PointXYZINormal, pcl::PointXYZINormal, float>;
-extern template class BaselineRegistration<pcl::PointXYZINormal, pcl::PointXYZINormal, double>;
+extern template class PCL_SSFR_EXPORT BaselineRegistration<pcl::PointXYZ, pcl::PointXYZ, float>;
+extern template class PCL_SSFR_EXPORT BaselineRegistration<pcl::PointXYZ, pcl::PointXYZ, double>;
+extern template class PCL_SSFR_EXPORT BaselineRegistration<pcl::PointXYZI, pcl::PointXYZI, float>;
+extern template class PCL_SSFR_EXPORT BaselineRegistration<pcl::PointXYZI, pcl::PointXYZI, double>;
+extern template class PCL_SSFR_EXPORT BaselineRegistration<pcl::PointNormal, pcl::PointNormal, float>;
+extern template class PCL_SSFR_EXPORT BaselineRegistration<pcl::PointNormal, pcl::PointNormal, double>;
+extern template class PCL_SSFR_EXPORT BaselineRegistration<pcl::PointXYZINormal, pcl::PointXYZINormal, float>;
+extern template class PCL_SSFR_EXPORT BaselineRegistration<pcl::PointXYZINormal, pcl::PointXYZINormal, double>;
 } // namespace pcl_ssfr::baselines
 #endif

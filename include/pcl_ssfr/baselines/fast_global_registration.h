@@ -70,9 +70,13 @@ registerFastGlobal(const ScanView& source,
 template <typename PointSource, typename PointTarget, typename Scalar = float>
 class PCL_SSFR_EXPORT FastGlobalRegistration : public BaselineRegistration<PointSource, PointTarget, Scalar> {
 public:
+  /// The base class.
   using Base = BaselineRegistration<PointSource, PointTarget, Scalar>;
+  /// This class.
   using Self = FastGlobalRegistration<PointSource, PointTarget, Scalar>;
+  /// Shared pointer to it.
   using Ptr = pcl::shared_ptr<Self>;
+  /// Shared pointer to a constant one.
   using ConstPtr = pcl::shared_ptr<const Self>;
 
   FastGlobalRegistration();
@@ -148,13 +152,13 @@ private:
 #include <pcl_ssfr/baselines/impl/fast_global_registration.hpp>
 #else
 namespace pcl_ssfr::baselines {
-extern template class FastGlobalRegistration<pcl::PointXYZ, pcl::PointXYZ, float>;
-extern template class FastGlobalRegistration<pcl::PointXYZ, pcl::PointXYZ, double>;
-extern template class FastGlobalRegistration<pcl::PointXYZI, pcl::PointXYZI, float>;
-extern template class FastGlobalRegistration<pcl::PointXYZI, pcl::PointXYZI, double>;
-extern template class FastGlobalRegistration<pcl::PointNormal, pcl::PointNormal, float>;
-extern template class FastGlobalRegistration<pcl::PointNormal, pcl::PointNormal, double>;
-extern template class FastGlobalRegistration<pcl::PointXYZINormal, pcl::PointXYZINormal, float>;
-extern template class FastGlobalRegistration<pcl::PointXYZINormal, pcl::PointXYZINormal, double>;
+extern template class PCL_SSFR_EXPORT FastGlobalRegistration<pcl::PointXYZ, pcl::PointXYZ, float>;
+extern template class PCL_SSFR_EXPORT FastGlobalRegistration<pcl::PointXYZ, pcl::PointXYZ, double>;
+extern template class PCL_SSFR_EXPORT FastGlobalRegistration<pcl::PointXYZI, pcl::PointXYZI, float>;
+extern template class PCL_SSFR_EXPORT FastGlobalRegistration<pcl::PointXYZI, pcl::PointXYZI, double>;
+extern template class PCL_SSFR_EXPORT FastGlobalRegistration<pcl::PointNormal, pcl::PointNormal, float>;
+extern template class PCL_SSFR_EXPORT FastGlobalRegistration<pcl::PointNormal, pcl::PointNormal, double>;
+extern template class PCL_SSFR_EXPORT FastGlobalRegistration<pcl::PointXYZINormal, pcl::PointXYZINormal, float>;
+extern template class PCL_SSFR_EXPORT FastGlobalRegistration<pcl::PointXYZINormal, pcl::PointXYZINormal, double>;
 } // namespace pcl_ssfr::baselines
 #endif

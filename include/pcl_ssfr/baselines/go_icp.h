@@ -28,7 +28,7 @@ namespace pcl_ssfr::baselines {
  * the target and by how far a pose of the cube can move each point. Wherever a better pose turns up, a local ICP starts
  * from it. The search ends when no pose can be better by more than the tolerance. Unlike the paper's, it begins with
  * ICP from 64 rotations all over the ball, each from its best translation: on scans of rooms the tolerance is large
- * against the error of the true pose, and the search alone would end with the first pose that is good enough.
+ * compared with the error of the true pose, and the search alone would end with the first pose that is good enough.
  *
  * **What is optimal.** The mean squared distance from the source, thinned to setSourcePoints() points, to its nearest
  * points of the whole target; with setTrimFraction() without the worst share of the source, as scans need that overlap
@@ -53,9 +53,13 @@ namespace pcl_ssfr::baselines {
 template <typename PointSource, typename PointTarget, typename Scalar = float>
 class PCL_SSFR_EXPORT GoIcp : public BaselineRegistration<PointSource, PointTarget, Scalar> {
 public:
+  /// The base class.
   using Base = BaselineRegistration<PointSource, PointTarget, Scalar>;
+  /// This class.
   using Self = GoIcp<PointSource, PointTarget, Scalar>;
+  /// Shared pointer to it.
   using Ptr = pcl::shared_ptr<Self>;
+  /// Shared pointer to a constant one.
   using ConstPtr = pcl::shared_ptr<const Self>;
 
   GoIcp() : Base("GoIcp") {}
@@ -132,13 +136,13 @@ private:
 #include <pcl_ssfr/baselines/impl/go_icp.hpp>
 #else
 namespace pcl_ssfr::baselines {
-extern template class GoIcp<pcl::PointXYZ, pcl::PointXYZ, float>;
-extern template class GoIcp<pcl::PointXYZ, pcl::PointXYZ, double>;
-extern template class GoIcp<pcl::PointXYZI, pcl::PointXYZI, float>;
-extern template class GoIcp<pcl::PointXYZI, pcl::PointXYZI, double>;
-extern template class GoIcp<pcl::PointNormal, pcl::PointNormal, float>;
-extern template class GoIcp<pcl::PointNormal, pcl::PointNormal, double>;
-extern template class GoIcp<pcl::PointXYZINormal, pcl::PointXYZINormal, float>;
-extern template class GoIcp<pcl::PointXYZINormal, pcl::PointXYZINormal, double>;
+extern template class PCL_SSFR_EXPORT GoIcp<pcl::PointXYZ, pcl::PointXYZ, float>;
+extern template class PCL_SSFR_EXPORT GoIcp<pcl::PointXYZ, pcl::PointXYZ, double>;
+extern template class PCL_SSFR_EXPORT GoIcp<pcl::PointXYZI, pcl::PointXYZI, float>;
+extern template class PCL_SSFR_EXPORT GoIcp<pcl::PointXYZI, pcl::PointXYZI, double>;
+extern template class PCL_SSFR_EXPORT GoIcp<pcl::PointNormal, pcl::PointNormal, float>;
+extern template class PCL_SSFR_EXPORT GoIcp<pcl::PointNormal, pcl::PointNormal, double>;
+extern template class PCL_SSFR_EXPORT GoIcp<pcl::PointXYZINormal, pcl::PointXYZINormal, float>;
+extern template class PCL_SSFR_EXPORT GoIcp<pcl::PointXYZINormal, pcl::PointXYZINormal, double>;
 } // namespace pcl_ssfr::baselines
 #endif

@@ -74,9 +74,13 @@ registerSuper4Pcs(const ScanView& source,
 template <typename PointSource, typename PointTarget, typename Scalar = float>
 class PCL_SSFR_EXPORT Super4PCS : public BaselineRegistration<PointSource, PointTarget, Scalar> {
 public:
+  /// The base class.
   using Base = BaselineRegistration<PointSource, PointTarget, Scalar>;
+  /// This class.
   using Self = Super4PCS<PointSource, PointTarget, Scalar>;
+  /// Shared pointer to it.
   using Ptr = pcl::shared_ptr<Self>;
+  /// Shared pointer to a constant one.
   using ConstPtr = pcl::shared_ptr<const Self>;
 
   Super4PCS();
@@ -160,13 +164,13 @@ private:
 #include <pcl_ssfr/baselines/impl/super4pcs.hpp>
 #else
 namespace pcl_ssfr::baselines {
-extern template class Super4PCS<pcl::PointXYZ, pcl::PointXYZ, float>;
-extern template class Super4PCS<pcl::PointXYZ, pcl::PointXYZ, double>;
-extern template class Super4PCS<pcl::PointXYZI, pcl::PointXYZI, float>;
-extern template class Super4PCS<pcl::PointXYZI, pcl::PointXYZI, double>;
-extern template class Super4PCS<pcl::PointNormal, pcl::PointNormal, float>;
-extern template class Super4PCS<pcl::PointNormal, pcl::PointNormal, double>;
-extern template class Super4PCS<pcl::PointXYZINormal, pcl::PointXYZINormal, float>;
-extern template class Super4PCS<pcl::PointXYZINormal, pcl::PointXYZINormal, double>;
+extern template class PCL_SSFR_EXPORT Super4PCS<pcl::PointXYZ, pcl::PointXYZ, float>;
+extern template class PCL_SSFR_EXPORT Super4PCS<pcl::PointXYZ, pcl::PointXYZ, double>;
+extern template class PCL_SSFR_EXPORT Super4PCS<pcl::PointXYZI, pcl::PointXYZI, float>;
+extern template class PCL_SSFR_EXPORT Super4PCS<pcl::PointXYZI, pcl::PointXYZI, double>;
+extern template class PCL_SSFR_EXPORT Super4PCS<pcl::PointNormal, pcl::PointNormal, float>;
+extern template class PCL_SSFR_EXPORT Super4PCS<pcl::PointNormal, pcl::PointNormal, double>;
+extern template class PCL_SSFR_EXPORT Super4PCS<pcl::PointXYZINormal, pcl::PointXYZINormal, float>;
+extern template class PCL_SSFR_EXPORT Super4PCS<pcl::PointXYZINormal, pcl::PointXYZINormal, double>;
 } // namespace pcl_ssfr::baselines
 #endif

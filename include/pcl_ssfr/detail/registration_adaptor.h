@@ -27,6 +27,7 @@ namespace pcl_ssfr::detail {
 template <typename PointSource, typename PointTarget, typename Scalar = float>
 class PCL_SSFR_EXPORT RegistrationAdaptor : public pcl::Registration<PointSource, PointTarget, Scalar> {
 public:
+  /// The base class of PCL.
   using Base = pcl::Registration<PointSource, PointTarget, Scalar>;
 
   using typename Base::Matrix4;

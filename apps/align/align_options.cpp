@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#include <apps/align/align_options.h>
+
+#include <apps/io/loaded_cloud.h>
+#include <apps/io/text_scanner.h>
+#include <apps/methods/method_options.h>
+#include <apps/methods/method_run.h>
+
+#include <boost/program_options.hpp>
+
+#include <filesystem>
+#include <sstream>
+#include <system_error>
+#include <utility>
+
+namespace pcl_ssfr {
+namespace apps {
+
+namespace {
+
+namespace po = boost::program_options;
+
+/// The option table: parsed, printed by --help, with the defaults of the library.
+po::options_description
+describeOptions()
+{
+  po::options_description results("Results", kHelpWidth);
+  results.add_options()("output",
+                        po::value<std::string>()->value_name("FILE"),
+                        "write the moved source (.pcd or .ply): all its fields, in the coordinates of TARGET")(
+      "transform",
+      po::value<std::string>()->value_name("FILE"),
+      "write T_target_source as 4x4 text; it maps points of SOURCE onto TARGET")(
+      "json",
+      po::value<std::string>()->value_name("FILE"),
+      "write everything that was found as JSON instead of the summary; '-' is the standard output")(
+      "pictures",
+      po::value<std::string>()->value_name("DIR"),
+      "draw before.png and after.png into DIR: both scans from above and from the side");
+
+  po::options_description all(kHelpWidth);
+  all.add(results);
+  addMethodOptions(all);
+  return all;
+}
+
+po::variables_map
+parseTokens(const std::vector<std::string>& arguments)
+{
+  po::options_description all = describeOptions();
+  all.add_options()("clouds", po::value<std::vector<std::string>>());
+  po::positional_options_description positional;
+  positional.add("clouds", -1);
+  namespace style = po::command_line_style;
+  constexpr int kStyle = style::unix_style & ~style::allow_guessing; // an abbreviation is an unknown option
+  po::variables_map values;
+  try {
+    po::store(po::command_line_parser(arguments).options(all).positional(positional).style(kStyle).run(), values);
+  }
+  catch (const po::error& error) {
+    throw UsageError(error.what());
+  }
+  return values;
+}
+
+/// Nothing may be lost: neither one result to another, nor a scan to a result. What is no file, as /dev/null, may be
+/// named twice.
+void
+checkFiles(const AlignArguments& arguments)
+{
+  namespace fs = std::filesystem;
+  const std::pair<const char*, std::string> named[] = {{"SOURCE", arguments.source},
+                                                       {"TARGET", arguments.target},
+                                                       {"--guess", arguments.guess_file},
+                                                       {"--output", arguments.output},
+                                                       {"--transform", arguments.transform},
+                                                       {"--json", arguments.json == "-" ? "" : arguments.json}};
+  constexpr std::size_t kFirstResult = 3;
+  const auto canonical = [](const std::string& file) {
+    std::error_code none;
+    return fs::weakly_canonical(fs::absolute(file, none), none);
+  };
+  for (std::size_t i = kFirstResult; i < std::size(named); ++i)
+    for (std::size_t k = 0; k < i; ++k) {
+      const std::string& file = named[i].second;
+      std::error_code none;
+      const bool is_other = fs::exists(file, none) && !fs::is_regular_file(file, none);
+      if (!file.empty() && !named[k].second.empty() && !is_other && canonical(file) == canonical(named[k].second))
+        throw UsageError(std::string(named[i].first) + ": " + io::inQuotes(file) + " is also " + named[k].first);
+    }
+}
+
+} // namespace
+
+AlignArguments
+parseAlignArguments(const std::vector<std::string>& arguments)
+{
+  const po::variables_map values = parseTokens(arguments);
+  AlignArguments result;
+  result.help = values.count("help") > 0;
+  result.version = !result.help && values.count("version") > 0;
+  if (result.help || result.version)
+    return result;
+  const auto clouds =
+      values.count("clouds") ? values["clouds"].as<std::vector<std::string>>() : std::vector<std::string>();
+  if (clouds.size() < 2)
+    throw UsageError(clouds.empty() ? "SOURCE and TARGET are missing" : "TARGET is missing");
+  if (clouds.size() > 2)
+    throw UsageError("unexpected argument " + io::inQuotes(clouds[2]) + ", SOURCE and TARGET are already given");
+  result.source = clouds[0];
+  result.target = clouds[1];
+  for (const auto& [name, file] : {std::pair("SOURCE", result.source), std::pair("TARGET", result.target)})
+    if (file.empty())
+      throw UsageError(std::string(name) + " is empty");
+  const auto set = [&values](const char* name, std::string& target) {
+    if (!values.count(name))
+      return;
+    target = values[name].as<std::string>();
+    if (target.empty())
+      throw UsageError(std::string("--") + name + ": the value is empty");
+  };
+  set("output", result.output);
+  set("transform", result.transform);
+  set("json", result.json);
+  set("pictures", result.pictures);
+  if (!result.output.empty() && !io::isWritableFormat(result.output))
+    throw UsageError("--output: " + result.output + " is not a .pcd or .ply file");
+  static_cast<MethodArguments&>(result) = readMethodOptions(values);
+  checkFiles(result);
+  return result;
+}
+
+std::string
+alignHelp()
+{
+  std::ostringstream text;
+  text << "Usage: ssfr_align SOURCE TARGET [options]\n\n"
+          "Finds where the scan SOURCE lies in the frame of the scan TARGET, whatever their positions: two LiDAR scans "
+          "of\n"
+          "the same rooms, halls or streets, which overlap in part. No initial guess and no parameter is needed.\n\n"
+          "Scans are read by their extension: "
+       << io::readableFormats()
+       << "\n(.csv as in the ASL/ETH data sets, .3d of 3DTK, .bin of KITTI, .las without compression). Points are in "
+          "metres.\n\n"
+          "Examples:\n"
+          "  ssfr_align scan2.pcd scan1.pcd                          print the pose and how sure it is\n"
+          "  ssfr_align scan2.pcd scan1.pcd --output moved.pcd       write scan2 in the frame of scan1\n"
+          "  ssfr_align scan2.las scan1.las --json - --pictures out  for scripts, with pictures to look at\n\n"
+       << describeOptions() << "\nMethods:\n";
+  for (const Method& method : methods())
+    text << "  " << method.name << std::string(20 - method.name.size(), ' ') << method.description << '\n';
+  text << "\nExit code: 0 aligned; 1 ran, but no pose is certain enough (the reason is printed, --output and "
+          "--transform are\n"
+          "not written); 2 the command line is wrong; 3 a file cannot be read or written.\n";
+  return text.str();
+}
+
+} // namespace apps
+} // namespace pcl_ssfr

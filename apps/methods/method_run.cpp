@@ -1,0 +1,338 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#include <apps/methods/method_run.h>
+
+#include "judgement/overlap.h"
+#include "preparation/neighbor_index.h"
+
+#include <pcl_ssfr/pipeline.h>
+#include <pcl_ssfr/scan_view.h>
+
+#include <apps/methods/cloud_view.h>
+
+#include <pcl/features/normal_3d_omp.h>
+#include <pcl/search/kdtree.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <stdexcept>
+
+namespace pcl_ssfr {
+namespace apps {
+
+namespace {
+
+using Point = MethodPoint;
+using Cloud = MethodCloud;
+
+constexpr std::size_t kMinPoints = 40; ///< fewer make GICP and the normals fail
+constexpr float kUnitTolerance = 0.1F; ///< of the length of a usable normal
+
+double
+secondsSince(std::chrono::steady_clock::time_point start)
+{
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+/// A pose between offset clouds from a pose between files, and back.
+class Frames {
+public:
+  /// \param[in] source,target the origins of the clouds, in file coordinates [m]
+  Frames(const Eigen::Vector3d& source, const Eigen::Vector3d& target) : source_(source), target_(target) {}
+
+  Eigen::Isometry3d
+  toClouds(const Eigen::Isometry3d& T_files) const
+  {
+    return Eigen::Translation3d(-target_) * T_files * Eigen::Translation3d(source_);
+  }
+
+  Eigen::Isometry3d
+  toFiles(const Eigen::Isometry3d& T_clouds) const
+  {
+    return Eigen::Translation3d(target_) * T_clouds * Eigen::Translation3d(-source_);
+  }
+
+  /// All poses of a result, and its information matrix, which is about the origin of the target.
+  Result
+  toFiles(Result result) const
+  {
+    result.T_target_source = toFiles(result.T_target_source);
+    for (Candidate& candidate : result.candidates)
+      candidate.T_target_source = toFiles(candidate.T_target_source);
+    // A motion (w, v) about the file's origin is (w, v + w x offset) about the offset.
+    Eigen::Matrix<double, 6, 6> shift = Eigen::Matrix<double, 6, 6>::Identity();
+    shift.bottomLeftCorner<3, 3>() << 0, target_.z(), -target_.y(), -target_.z(), 0, target_.x(), target_.y(),
+        -target_.x(), 0;
+    result.information = shift.transpose() * result.information * shift;
+    return result;
+  }
+
+private:
+  Eigen::Vector3d source_;
+  Eigen::Vector3d target_;
+};
+
+Result
+runSsfr(const io::LoadedCloud& source,
+        const io::LoadedCloud& target,
+        const Options& options,
+        const std::optional<Eigen::Isometry3d>& guess)
+{
+  const Frames frames(source.offset, target.offset);
+  std::optional<Eigen::Isometry3d> cloud_guess;
+  if (guess)
+    cloud_guess = frames.toClouds(*guess);
+  const Deadline deadline = Deadline::after(options.time_limit);
+  const auto [prepared_source, prepared_target] = prepareScans(viewOf(source), viewOf(target), options, deadline);
+  return frames.toFiles(
+      registerScans(prepared_source, prepared_target, options, cloud_guess ? &*cloud_guess : nullptr, deadline));
+}
+
+/// A thinned scan as a cloud about its origin, with unit normals where the file had some.
+Cloud::Ptr
+toCloud(const ThinnedCloud& thinned)
+{
+  auto cloud = pcl::make_shared<Cloud>();
+  cloud->resize(static_cast<std::size_t>(thinned.size()));
+  for (Eigen::Index i = 0; i < thinned.size(); ++i) {
+    Point& point = (*cloud)[static_cast<std::size_t>(i)];
+    point.getVector3fMap() = thinned.points.col(i);
+    if (thinned.normals.cols() > 0)
+      point.getNormalVector3fMap() = thinned.normals.col(i).normalized();
+  }
+  return cloud;
+}
+
+/// Normals by PCL where the file gave none; points without a normal are dropped.
+Cloud::Ptr
+withNormals(const Cloud::Ptr& cloud, bool has_normals, const Eigen::Vector3d& sensor, double radius, unsigned threads)
+{
+  if (!has_normals) {
+    pcl::NormalEstimationOMP<Point, Point> estimation(threads);
+    estimation.setInputCloud(cloud);
+    estimation.setSearchMethod(pcl::make_shared<pcl::search::KdTree<Point>>());
+    estimation.setRadiusSearch(radius);
+    const Eigen::Vector3f viewpoint = sensor.cast<float>();
+    estimation.setViewPoint(viewpoint.x(), viewpoint.y(), viewpoint.z());
+    Cloud normals;
+    estimation.compute(normals);
+    for (std::size_t i = 0; i < cloud->size(); ++i)
+      (*cloud)[i].getNormalVector3fMap() = normals[i].getNormalVector3fMap();
+  }
+  auto result = pcl::make_shared<Cloud>();
+  for (const Point& point : *cloud)
+    if (std::abs(point.getNormalVector3fMap().norm() - 1) < kUnitTolerance)
+      result->push_back(point);
+  return result;
+}
+
+/// A pose of float precision made a proper rotation again.
+Eigen::Isometry3d
+toIsometry(const Eigen::Matrix4f& matrix)
+{
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.linear() = Eigen::Quaterniond(matrix.topLeftCorner<3, 3>().cast<double>()).normalized().toRotationMatrix();
+  T.translation() = matrix.topRightCorner<3, 1>().cast<double>();
+  return T;
+}
+
+/// The scans of a method of PCL, and where they lie.
+struct PreparedPair {
+  MethodInput input;
+  Eigen::Vector3d source_origin; ///< of the cloud, in the coordinates of LoadedCloud::points [m]
+  Eigen::Vector3d target_origin;
+};
+
+/// Thin both scans by the rule and give them normals where the method needs them.
+PreparedPair
+preparePair(const std::string& name,
+            const io::LoadedCloud& source,
+            const io::LoadedCloud& target,
+            const Options& options,
+            const MethodSettings& settings,
+            bool polish,
+            Result& result)
+{
+  PreparedPair pair;
+  MethodInput& input = pair.input;
+  input.threads = threadCount(options);
+  input.seed = settings.seed;
+  input.rule = settings.rule;
+  if (options.leaf > 0)
+    input.rule.leaf = options.leaf;
+  if (options.time_limit > 0)
+    input.rule.max_seconds = options.time_limit;
+  auto clock = std::chrono::steady_clock::now();
+  const ScanView source_view = viewOf(source);
+  const ScanView target_view = viewOf(target);
+  const ThinnedPair thinned = thinPair(source_view, target_view, input.rule, input.threads);
+  input.scales = scalesOf(thinned.source.leaf, input.rule);
+  if (options.normal_radius > 0)
+    input.scales.normal_radius = options.normal_radius;
+  input.correspondence_distance = options.overlap_radius > 0 ? options.overlap_radius
+                                  : polish                   ? input.scales.polish_distance
+                                                             : input.scales.refine_distance;
+  pair.source_origin = thinned.source.origin;
+  pair.target_origin = thinned.target.origin;
+  input.source = toCloud(thinned.source);
+  input.target = toCloud(thinned.target);
+  const auto size = [&input] { return input.source->size() + input.target->size(); };
+  result.stages.push_back({"thinning", secondsSince(clock), source_view.size + target_view.size, size()});
+  if (needsNormals(name) && std::min(input.source->size(), input.target->size()) >= kMinPoints) {
+    clock = std::chrono::steady_clock::now();
+    const std::size_t before = size();
+    const auto add = [&](Cloud::Ptr& cloud, bool has_normals, const Eigen::Vector3d& sensor) {
+      cloud = withNormals(cloud, has_normals, sensor, input.scales.normal_radius, input.threads);
+    };
+    add(input.source, source.has_normals, source_view.viewpoint - pair.source_origin);
+    add(input.target, target.has_normals, target_view.viewpoint - pair.target_origin);
+    result.stages.push_back({"normals", secondsSince(clock), before, size()});
+  }
+  return pair;
+}
+
+Points3
+pointsOf(const Cloud& cloud)
+{
+  Points3 points(3, static_cast<Eigen::Index>(cloud.size()));
+  for (std::size_t i = 0; i < cloud.size(); ++i)
+    points.col(static_cast<Eigen::Index>(i)) = cloud[i].getVector3fMap().cast<double>();
+  return points;
+}
+
+/// What PCL's class found, in the coordinates of its clouds, with the overlap measured for all in the same way.
+void
+judge(MethodRegistration& registration, const MethodInput& input, const Eigen::Isometry3d& start, Result& result)
+{
+  result.T_target_source = toIsometry(registration.getFinalTransformation());
+  const bool finite = result.T_target_source.matrix().allFinite();
+  if (!finite)
+    result.T_target_source = start;
+  result.status = registration.hasConverged() && finite ? Status::Converged : Status::NoCandidate;
+  result.message = result.accepted() ? "the method stopped; that alone does not mean that the pose is right"
+                                     : "the method did not converge";
+  if (const auto verdict = verdictOf(registration)) {
+    result.message = verdict->message;
+    if (!result.accepted() && verdict->T_target_source.matrix().allFinite())
+      result.T_target_source = verdict->T_target_source;
+  }
+  const Overlap overlap = computeOverlap(pointsOf(*input.source),
+                                         NeighborIndex(pointsOf(*input.target)),
+                                         result.T_target_source,
+                                         input.scales.threshold,
+                                         input.threads);
+  result.overlap = overlap.ratio;
+  result.rmse = overlap.rmse;
+  Candidate candidate;
+  candidate.T_target_source = result.T_target_source;
+  candidate.score = overlap.ratio;
+  candidate.overlap = overlap.ratio;
+  result.candidates.push_back(candidate);
+}
+
+/// A method of PCL, from a start in file coordinates where it takes one. \param[out] seconds thinning to alignment [s]
+Result
+runPcl(const Method& method,
+       const io::LoadedCloud& source,
+       const io::LoadedCloud& target,
+       const Options& options,
+       const MethodSettings& settings,
+       const Eigen::Isometry3d* polish_start,
+       const std::optional<Eigen::Isometry3d>& guess,
+       double& seconds)
+{
+  const auto start = std::chrono::steady_clock::now();
+  Result result;
+  PreparedPair pair = preparePair(method.name, source, target, options, settings, polish_start != nullptr, result);
+  MethodInput& input = pair.input;
+  if (std::min(input.source->size(), input.target->size()) < kMinPoints) {
+    result.status = Status::TooFewPoints;
+    result.message = "too few usable points: " + std::to_string(input.source->size()) + " in the source, " +
+                     std::to_string(input.target->size()) + " in the target, at least " + std::to_string(kMinPoints) +
+                     " are needed";
+    seconds = secondsSince(start);
+    return result;
+  }
+  const Frames frames(source.offset + pair.source_origin, target.offset + pair.target_origin);
+  Eigen::Isometry3d cloud_start = Eigen::Isometry3d::Identity(); // a global method starts nowhere
+  if (method.kind == MethodKind::Refiner)
+    cloud_start = frames.toClouds(polish_start ? *polish_start : guess.value_or(Eigen::Isometry3d::Identity()));
+  auto clock = std::chrono::steady_clock::now();
+  const std::size_t points = input.source->size() + input.target->size();
+  const MethodRegistration::Ptr registration = makeRegistration(method.name, input);
+  result.stages.push_back({"features and input", secondsSince(clock), points, points});
+  clock = std::chrono::steady_clock::now();
+  Cloud moved;
+  registration->align(moved, cloud_start.matrix().cast<float>());
+  result.stages.push_back({method.name, secondsSince(clock), points, moved.size()});
+  seconds = secondsSince(start);
+  judge(*registration, input, cloud_start, result);
+  return frames.toFiles(result);
+}
+
+/// ssfr first, then a refiner of PCL from its answer; the judgement stays that of ssfr.
+Result
+runSsfrRefined(const Method& method,
+               const io::LoadedCloud& source,
+               const io::LoadedCloud& target,
+               const Options& options,
+               const MethodSettings& settings,
+               const std::optional<Eigen::Isometry3d>& guess,
+               double& seconds)
+{
+  const auto start = std::chrono::steady_clock::now();
+  Result result = runSsfr(source, target, options, guess);
+  seconds = secondsSince(start);
+  if (!result.accepted())
+    return result;
+  double refining = 0;
+  const Method& refiner = *findMethod(method.refiner);
+  const Result refined =
+      runPcl(refiner, source, target, options, settings, &result.T_target_source, std::nullopt, refining);
+  seconds += refining;
+  result.stages.insert(result.stages.end(), refined.stages.begin(), refined.stages.end());
+  if (!refined.accepted()) {
+    result.message += "; " + method.refiner + " did not converge from there, the pose is that of ssfr";
+    return result;
+  }
+  result.T_target_source = refined.T_target_source;
+  result.rmse = refined.rmse;
+  if (!result.candidates.empty())
+    result.candidates.front().T_target_source = refined.T_target_source;
+  return result;
+}
+
+} // namespace
+
+MethodRun
+runMethod(const std::string& name,
+          const io::LoadedCloud& source,
+          const io::LoadedCloud& target,
+          const Options& options,
+          const std::optional<Eigen::Isometry3d>& guess,
+          const MethodSettings& settings)
+{
+  const Method* method = findMethod(name);
+  if (!method)
+    throw std::invalid_argument("unknown method '" + name + "'");
+  MethodRun run;
+  if (method->kind == MethodKind::Ssfr) {
+    const auto start = std::chrono::steady_clock::now();
+    run.result = runSsfr(source, target, options, guess);
+    run.seconds = secondsSince(start);
+    run.judged = options.profile != Profile::Paper2017;
+  }
+  else if (method->kind == MethodKind::SsfrRefined) {
+    run.result = runSsfrRefined(*method, source, target, options, settings, guess, run.seconds);
+  }
+  else {
+    run.result = runPcl(*method, source, target, options, settings, nullptr, guess, run.seconds);
+    run.judged = false;
+  }
+  return run;
+}
+
+} // namespace apps
+} // namespace pcl_ssfr

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#pragma once
+
+#include <pcl_ssfr/options.h>
+#include <pcl_ssfr/result.h>
+
+#include <apps/io/loaded_cloud.h>
+#include <apps/methods/method_registry.h>
+
+#include <Eigen/Geometry>
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace pcl_ssfr {
+namespace apps {
+
+/// What a method found, in the coordinates of the files.
+struct MethodRun {
+  Result result;
+  double seconds = 0; ///< the registration alone: thinning and normals included, loading not [s]
+  bool judged = true; ///< false: the method knows no confidence, its "converged" only means that it stopped
+};
+
+/// How a method is run beyond its options.
+struct MethodSettings {
+  ParameterRule rule;     ///< of every method but ssfr
+  std::uint64_t seed = 1; ///< of the methods that draw lots
+};
+
+/** \brief Run a method on two clouds. The poses of the result map source file coordinates to target file coordinates,
+ * computed in double whatever the offsets of the clouds.
+ * \param[in] options of ssfr. leaf, normal_radius, overlap_radius, time_limit and threads, where they are set, go
+ * before the rule for the other methods too.
+ * \param[in] guess in file coordinates; the refiners of PCL start there (or at the identity), ssfr judges it as one
+ * more candidate, the other global methods do not read it
+ * \throw std::invalid_argument for a name that methods() does not list or options that are out of range
+ */
+MethodRun
+runMethod(const std::string& name,
+          const io::LoadedCloud& source,
+          const io::LoadedCloud& target,
+          const Options& options,
+          const std::optional<Eigen::Isometry3d>& guess,
+          const MethodSettings& settings = {});
+
+} // namespace apps
+} // namespace pcl_ssfr

@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#include "judgement/pose_uncertainty.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace pcl_ssfr {
+
+namespace {
+
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+constexpr double kRounding = 1e-12; // of the largest eigenvalue: information that is none
+
+Matrix6
+symmetric(const Matrix6& m)
+{
+  return 0.5 * (m + m.transpose());
+}
+
+double
+deviationOf(double information, double largest)
+{
+  return information > kRounding * largest ? 1 / std::sqrt(information) : kInfinite;
+}
+
+/// Units of motions [rad] and [m] in which a step of 1 moves the matched surface by 1 m; zero when there is none.
+Vector6
+surfaceUnits(const Refinement& polish)
+{
+  const double turned = polish.hessian.topLeftCorner<3, 3>().trace();
+  const double moved = polish.hessian.bottomRightCorner<3, 3>().trace();
+  Vector6 units = Vector6::Zero();
+  if (polish.matches > 0 && polish.hessian.allFinite() && turned > 0 && moved > 0)
+    units << Eigen::Vector3d::Constant(std::sqrt(moved / turned)), Eigen::Vector3d::Ones();
+  return units;
+}
+
+/// A B^-1 A in the motions that A determines, zero in the others: both in units in which motions compare.
+Matrix6
+sandwichInformation(const Matrix6& a, const Matrix6& b)
+{
+  const Eigen::SelfAdjointEigenSolver<Matrix6> solver(a);
+  const Vector6& values = solver.eigenvalues();
+  if (!(values[5] > 0))
+    return Matrix6::Zero();
+  const Eigen::Index determined = (values.array() > kFreeMotion * values[5]).count();
+  const Eigen::MatrixXd basis = solver.eigenvectors().rightCols(determined);
+  const Eigen::MatrixXd scatter = basis.transpose() * b * basis;
+  const Eigen::MatrixXd lambda = values.tail(determined).asDiagonal();
+  return symmetric(basis * lambda * scatter.ldlt().solve(lambda * basis.transpose()));
+}
+
+std::vector<PrincipalTranslation>
+principalTranslations(const Eigen::Matrix3d& information)
+{
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(information);
+  std::vector<PrincipalTranslation> translations;
+  for (int k = 0; k < 3; ++k)
+    translations.push_back(
+        {solver.eigenvectors().col(k), std::max(0.0, solver.eigenvalues()[k] / solver.eigenvalues()[2])});
+  return translations;
+}
+
+std::vector<PrincipalRotation>
+principalRotations(const Matrix6& information)
+{
+  // What is left of the rotation's information when the translation is free (the Schur complement).
+  const Eigen::Matrix3d coupling = information.topRightCorner<3, 3>();
+  const Eigen::Matrix3d rotation =
+      information.topLeftCorner<3, 3>() -
+      coupling * information.bottomRightCorner<3, 3>().completeOrthogonalDecomposition().solve(coupling.transpose());
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(0.5 * (rotation + rotation.transpose()));
+  // Rounding leaves some information where there is none.
+  const double most = information.topLeftCorner<3, 3>().trace();
+  std::vector<PrincipalRotation> rotations;
+  for (int k = 0; k < 3; ++k) {
+    const double deviation = deviationOf(solver.eigenvalues()[k], most);
+    rotations.push_back({solver.eigenvectors().col(k),
+                         deviation,
+                         std::isinf(deviation) ? 0 : solver.eigenvalues()[k] / solver.eigenvalues()[2]});
+  }
+  return rotations;
+}
+
+} // namespace
+
+double
+PoseUncertainty::largestRotationDeviation() const
+{
+  return rotations.empty() ? kInfinite : rotations.front().deviation;
+}
+
+Matrix6
+PoseUncertainty::covariance() const
+{
+  Matrix6 covariance = Matrix6::Zero();
+  Vector6 open = motions.empty() ? Vector6::Ones() : Vector6::Zero();
+  for (const PrincipalMotion& m : motions)
+    if (std::isinf(m.deviation))
+      open += m.motion.cwiseAbs() / m.motion.cwiseAbs().maxCoeff();
+    else
+      covariance += m.deviation * m.deviation * m.motion * m.motion.transpose();
+  for (int i = 0; i < 6; ++i)
+    if (open[i] > std::sqrt(kRounding)) {
+      covariance.row(i).setZero();
+      covariance.col(i).setZero();
+      covariance(i, i) = kInfinite;
+    }
+  return covariance;
+}
+
+Matrix6
+PoseUncertainty::informationAbout(const Eigen::Vector3d& origin) const
+{
+  // J about the origin is A J about the centre: (p + o) x n = p x n + o x n.
+  const Eigen::Vector3d o = centre - origin;
+  Matrix6 a = Matrix6::Identity();
+  a.topRightCorner<3, 3>() << 0, -o.z(), o.y(), o.z(), 0, -o.x(), -o.y(), o.x(), 0;
+  return symmetric(a * information * a.transpose());
+}
+
+PoseUncertainty
+poseUncertainty(const Refinement& polish, double noise_floor, const Eigen::Matrix3d& rotation_prior)
+{
+  PoseUncertainty result;
+  result.centre = polish.centre;
+  const Vector6 units = surfaceUnits(polish);
+  if (!(units[0] > 0))
+    return result;
+  const auto scaled = [&](const Matrix6& m) { return Matrix6(units.asDiagonal() * m * units.asDiagonal()); };
+  Matrix6 information =
+      sandwichInformation(scaled(polish.statistics.curvature),
+                          scaled(polish.statistics.scatter + noise_floor * noise_floor * polish.statistics.unit_scatter));
+  information.topLeftCorner<3, 3>() += units[0] * units[0] * rotation_prior;
+  if (!information.allFinite())
+    return result;
+  const Vector6 inverse = units.cwiseInverse();
+  result.information = inverse.asDiagonal() * information * inverse.asDiagonal();
+  result.translations = principalTranslations(polish.hessian.bottomRightCorner<3, 3>());
+  result.rotations = principalRotations(result.information);
+  const Eigen::SelfAdjointEigenSolver<Matrix6> solver(information);
+  for (int k = 0; k < 6; ++k)
+    result.motions.push_back({units.cwiseProduct(solver.eigenvectors().col(k)),
+                              deviationOf(solver.eigenvalues()[k], solver.eigenvalues()[5])});
+  return result;
+}
+
+std::vector<UnobservableDirection>
+unobservableDirections(const PoseUncertainty& uncertainty, const UncertaintyBounds& bounds)
+{
+  std::vector<UnobservableDirection> open;
+  for (const PrincipalTranslation& t : uncertainty.translations)
+    if (t.strength < bounds.min_translation)
+      open.push_back({t.direction, false, t.strength});
+  for (const PrincipalRotation& r : uncertainty.rotations)
+    if (r.deviation > bounds.max_rotation)
+      open.push_back({r.axis, true, r.strength});
+  return open;
+}
+
+} // namespace pcl_ssfr
