@@ -21,7 +21,7 @@ enum class TimeLimitClock {
  */
 class Deadline {
 public:
-  /// The clock that counts: it never goes backwards.
+  /// The clock of TimeLimitClock::Wall: it never goes backwards.
   using Clock = std::chrono::steady_clock;
 
   /// A deadline that never passes.
@@ -29,6 +29,7 @@ public:
 
   /** \brief A deadline some time from now.
    * \param[in] seconds [s]; 0 (an option of 0 means no limit), negative, NaN or beyond a year: it never passes
+   * \param[in] clock what counts
    */
   static Deadline
   after(double seconds, TimeLimitClock clock = TimeLimitClock::Wall)
