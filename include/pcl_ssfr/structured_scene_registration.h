@@ -217,6 +217,7 @@ protected:
 
   using typename Adaptor::Answer;
 
+private:
   /// Prepare what is not cached, and register.
   Answer
   findPose(const std::optional<Eigen::Isometry3d>& guess) override;
@@ -248,7 +249,6 @@ protected:
     return threadCount(options_);
   }
 
-private:
   /// Set the options as \p change leaves a copy of them when that is valid; else report it for \p setter.
   template <typename Change>
   void

@@ -122,17 +122,17 @@ protected:
 
   /// What a method hands back.
   struct Answer {
-    bool is_accepted = false;
+    bool is_accepted = false;                                          ///< the pose may be used
     Eigen::Isometry3d T_target_source = Eigen::Isometry3d::Identity(); ///< absolute; read when accepted
     int iterations = 0;                                                ///< for getFinalNumIteration()
-    double inlier_distance = 0; ///< of the correspondences [m]; 0: from the spacing of the target and \ref rmse
+    double inlier_distance = 0; ///< of the correspondences [m]; 0: from the spacing of the target and rmse
     double rmse = 0;            ///< [m]
   };
 
   /// \p name is what PCL prints as the class, \p max_iterations the default of setMaximumIterations().
   RegistrationAdaptor(const char* name, int max_iterations);
 
-  /** \brief The method: register \ref input_ (of \ref indices_ only) to \ref target_. Must not throw.
+  /** \brief The method: register the source, of which the indexed points only, to the target. Must not throw.
    * \param[in] guess the caller's, as a rigid motion; none when there is none that is one
    */
   virtual Answer
