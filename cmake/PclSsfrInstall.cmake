@@ -1,5 +1,5 @@
-# Install rules: library, headers, package files. find_package(pcl_ssfr CONFIG) then gives pcl_ssfr::pcl_ssfr and, unless
-# they were left out, pcl_ssfr::baselines, which is the component "baselines".
+# Install rules: library, headers, package files. find_package(pcl_ssfr CONFIG) then gives pcl_ssfr::pcl_ssfr and,
+# unless they were left out, pcl_ssfr::baselines, which is the component "baselines".
 include(CMakePackageConfigHelpers)
 
 set(pcl_ssfr_config_dir "${CMAKE_INSTALL_LIBDIR}/cmake/pcl_ssfr")
