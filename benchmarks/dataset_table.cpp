@@ -5,7 +5,6 @@
 
 #include "cloud_views.h"
 #include "pair_variants.h"
-#include "profiles/patch_profile.h"
 #include "scan_loader.h"
 
 #include <pcl_ssfr/pipeline.h>
@@ -161,64 +160,6 @@ runMethod(const Cloud::Ptr& source, const Cloud::Ptr& target, const Settings& se
   return registerScans(s, t, options);
 }
 
-/// Where the default profile loses the truth of a pair, and how the truth would have been judged: one line.
-std::string
-whyLost(const Cloud& source, const Cloud& target, const Eigen::Isometry3d& truth, const Settings& settings)
-{
-  using namespace pcl_ssfr;
-  constexpr double kNearRotation = 4;      // [deg] from there the refinement finds the truth
-  constexpr double kNearTranslation = 0.6; // [m]
-  const Options options = makeMethodOptions(settings);
-  const PatchScan s = preparePatchScan(viewOfCloud(source), options);
-  const PatchScan t = preparePatchScan(viewOfCloud(target), options);
-  const Candidate judged = judgePose(s, t, truth, options, false);
-  const Candidate refined = judgePose(s, t, truth, options, true);
-  const Eigen::Isometry3d inner = Eigen::Translation3d(-t.origin) * truth * Eigen::Translation3d(s.origin);
-  std::string where;
-  std::size_t effort = 0;
-  for (const PatchSearch& search : repeatSearch(s, t, options)) {
-    double nearest = 180;
-    for (const RotationCandidate& r : search.rotations)
-      nearest = std::min(nearest, Eigen::AngleAxisd(r.R_target_source.transpose() * inner.linear()).angle() * kDegrees);
-    std::size_t rank = 0;
-    while (rank < search.poses.size()) {
-      const Eigen::Isometry3d& T = search.poses[rank].T_target_source;
-      const double metres = (T * s.viewpoint - inner * s.viewpoint).norm();
-      if (Eigen::AngleAxisd(T.linear().transpose() * inner.linear()).angle() * kDegrees < kNearRotation &&
-          metres < kNearTranslation)
-        break;
-      ++rank;
-    }
-    char text[160];
-    std::snprintf(text,
-                  sizeof(text),
-                  "%s%s (%.1f deg, pose %zu of %zu, %zu refined)",
-                  effort++ == 0 ? "" : "; ",
-                  nearest > kNearRotation       ? "rotation"
-                  : rank == search.poses.size() ? "shift"
-                  : rank >= search.refined      ? "cut"
-                                                : "selection",
-                  nearest,
-                  rank,
-                  search.poses.size(),
-                  search.refined);
-    where += text;
-  }
-  char text[240];
-  std::snprintf(text,
-                sizeof(text),
-                " the truth: [%.3f %.3f %.4f %.4f], refined [%.3f %.3f %.4f %.4f]",
-                judged.score,
-                judged.overlap,
-                judged.contradiction,
-                judged.evidence.unmatched,
-                refined.score,
-                refined.overlap,
-                refined.contradiction,
-                refined.evidence.unmatched);
-  return (effort == 0 ? "no search" : where) + text;
-}
-
 void
 judge(const Eigen::Isometry3d& estimate, const Eigen::Isometry3d& truth, double& degrees, double& metres)
 {
@@ -285,8 +226,6 @@ runPair(const fs::path& folder, const std::vector<Pair>& pairs, std::size_t numb
     if (outcome.right_candidates.back() && outcome.truth_rank < 0)
       outcome.truth_rank = static_cast<int>(k);
   }
-  if (settings.why && !outcome.success && !hasNoTruth(settings))
-    outcome.why = whyLost(*source, *target, truth, settings);
   return outcome;
 }
 
@@ -471,7 +410,7 @@ run(const std::vector<std::string>& folders, Settings settings)
                       cs[k].overlap,
                       cs[k].contradiction,
                       cs[k].evidence.unmatched,
-                      cs[k].evidence.weakest_direction,
+                      cs[k].probability,
                       cs[k].evidence.third_direction,
                       cs[k].evidence.patches_matched,
                       cs[k].evidence.patches_contradicted,

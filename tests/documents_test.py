@@ -41,7 +41,7 @@ class Links(unittest.TestCase):
     def test_links_that_lead_somewhere(self):
         self.assertEqual(self.found("[a](docs/A.md) [b](docs/A.md#one-two-three) [c](docs/A.md#twice-1) ![d](docs)\n"
                                     "[e](https://example.org/x) [over\ntwo lines](docs/A.md) [f](#head)\n# Head\n"
-                                    "`[g](nowhere)` `docs/A.md` build/x\n\n[h]: docs/A.md\n\n```\n[i](nowhere)\n```\n"), [])
+                                    "`[g](nowhere)` `docs/A.md` `docs/*.md` build/x\n\n[h]: docs/A.md\n\n```\n[i](nowhere)\n```\n"), [])
 
     def test_links_that_lead_nowhere(self):
         for link in ("docs/B.md", "docs/A.md#four", "#head", "/docs/A.md", "../x.md"):
@@ -53,6 +53,7 @@ class Links(unittest.TestCase):
     def test_paths_in_code(self):
         self.assertEqual(self.found("`docs/B.md`\n\n```\nscripts/none x\n```\n"),
                          ["1: path 'docs/B.md': there is no such file", "4: path 'scripts/none': there is no such file"])
+        self.assertEqual(len(self.found("`docs/B*.md`\n")), 1)
         self.assertEqual(self.found("`src/gone.cpp`\n", "CHANGELOG.md"), [])
 
     def test_long_lines_and_a_long_readme(self):

@@ -22,7 +22,7 @@ using testing::refinementOf;
 const Eigen::Vector3d kX = Eigen::Vector3d::UnitX(), kY = Eigen::Vector3d::UnitY(), kZ = Eigen::Vector3d::UnitZ();
 
 /// A pose that lays the source's sensor at \p place; shares of the surface that meets its like and that contradicts.
-JudgedPose
+ScoredPose
 poseAt(const Eigen::Vector3d& place, double matched, double contradicted = 0)
 {
   SurfaceEvidence e;
@@ -30,10 +30,10 @@ poseAt(const Eigen::Vector3d& place, double matched, double contradicted = 0)
   e.matched = matched;
   e.contradicted = contradicted;
   e.unmatched = 0.1;
-  e.voices = e.facing = {1, matched, contradicted};
+  e.patches = e.facing = {1, matched, contradicted};
   e.matched_normals = matched * Eigen::Matrix3d::Identity() / 3;
   e.visible_normals = (matched + contradicted + 0.1) * Eigen::Matrix3d::Identity() / 3;
-  JudgedPose pose;
+  ScoredPose pose;
   pose.T_target_source = Eigen::Translation3d(place);
   rate(pose, e);
   return pose;
@@ -120,7 +120,7 @@ TEST(Decision, NothingIsSaidOfDirectionsBeforeThePolish)
 
 TEST(Decision, TwoThatExplainTheScansAlike)
 {
-  JudgedPose rival = poseAt(kX + 6.5 * kY, 0.59);
+  ScoredPose rival = poseAt(kX + 6.5 * kY, 0.59);
   rival.T_target_source.linear() = Eigen::AngleAxisd(0.5 * 3.14159265358979, kZ).toRotationMatrix();
   DecisionContext context;
   const Decision d = decide({poseAt(kX, 0.6), rival}, polishInARoom(), context);
@@ -136,7 +136,7 @@ TEST(Decision, TwoThatExplainTheScansAlike)
 
 TEST(Decision, WithoutFreeSpaceARivalNeedsLess)
 {
-  const std::vector<JudgedPose> poses = {poseAt(kX, 0.6), poseAt(9 * kX, 0.56)};
+  const std::vector<ScoredPose> poses = {poseAt(kX, 0.6), poseAt(9 * kX, 0.56)};
   DecisionContext context;
   EXPECT_EQ(decide(poses, polishInARoom(), context).equals, 1U);
   context.free_space = false;
@@ -151,8 +151,8 @@ TEST(Decision, OneThatMatchesMoreButIsContradictedALittle)
 
 TEST(Decision, ThreeThatComeNearMakeARepeatedScene)
 {
-  const std::vector<JudgedPose> two = {poseAt(kX, 0.6), poseAt(9 * kX, 0.55)};
-  std::vector<JudgedPose> three = two;
+  const std::vector<ScoredPose> two = {poseAt(kX, 0.6), poseAt(9 * kX, 0.55)};
+  std::vector<ScoredPose> three = two;
   three.push_back(poseAt(-9 * kX, 0.55));
   EXPECT_EQ(decide(two, polishInARoom(), DecisionContext()).equals, 1U);
   const Decision d = decide(three, polishInARoom(), DecisionContext());
@@ -164,8 +164,8 @@ TEST(Decision, ThreeThatComeNearMakeARepeatedScene)
 TEST(Decision, APoseThatLaysSensorOnSensorIsDoubtedEarlier)
 {
   DecisionContext context;
-  const std::vector<JudgedPose> apart = {poseAt(kX, 0.6), poseAt(9 * kX, 0.53)};
-  const std::vector<JudgedPose> together = {poseAt(0.05 * kX, 0.6), poseAt(9 * kX, 0.53)};
+  const std::vector<ScoredPose> apart = {poseAt(kX, 0.6), poseAt(9 * kX, 0.53)};
+  const std::vector<ScoredPose> together = {poseAt(0.05 * kX, 0.6), poseAt(9 * kX, 0.53)};
   EXPECT_EQ(decide(apart, polishInARoom(), context).equals, 1U);
   EXPECT_EQ(decide(together, polishInARoom(), context).equals, 2U);
   context.free_space = false; // where the sensors are is not known
@@ -174,7 +174,7 @@ TEST(Decision, APoseThatLaysSensorOnSensorIsDoubtedEarlier)
   context.free_space = true;
   Refinement weak = polishInACorridor();
   weak.hessian(3, 3) = 2; // of 200 along the others
-  const std::vector<JudgedPose> far_behind = {poseAt(0.05 * kX, 0.6), poseAt(9 * kX, 0.35)};
+  const std::vector<ScoredPose> far_behind = {poseAt(0.05 * kX, 0.6), poseAt(9 * kX, 0.35)};
   EXPECT_EQ(decide(far_behind, polishInARoom(), context).equals, 1U);
   EXPECT_EQ(decide(far_behind, weak, context).equals, 2U);
 }
@@ -242,7 +242,7 @@ TEST(Decision, PlanesInTooFewDirections)
 
 TEST(Decision, NoEvidenceAtAll)
 {
-  const Decision d = decide({JudgedPose()}, Refinement(), DecisionContext());
+  const Decision d = decide({ScoredPose()}, Refinement(), DecisionContext());
   EXPECT_EQ(d.status, Status::LowOverlap);
   EXPECT_EQ(d.confidence, 0);
 }
@@ -253,7 +253,7 @@ TEST(Decision, BelievesOnlyWhatItIsSureOfAndForAnyUnitOfLength)
   int believed = 0;
   constexpr int kTrials = 2000;
   for (int trial = 0; trial < kTrials; ++trial) {
-    std::vector<JudgedPose> poses, larger;
+    std::vector<ScoredPose> poses, larger;
     for (int k = random.index(6); k >= 0; --k)
       poses.push_back(poseAt(Eigen::Vector3d(random.uniform(-9, 9), 0, random.uniform(-9, 9)),
                              random.uniform(0, 0.8),
@@ -276,7 +276,7 @@ TEST(Decision, BelievesOnlyWhatItIsSureOfAndForAnyUnitOfLength)
     }
     // The same scene, ten times as large.
     larger = poses;
-    for (JudgedPose& pose : larger)
+    for (ScoredPose& pose : larger)
       pose.T_target_source.translation() *= 10;
     Refinement wide = polish;
     wide.rms *= 10;

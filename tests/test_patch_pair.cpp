@@ -23,10 +23,10 @@ motion(const Eigen::Vector3d& axis, double angle, const Eigen::Vector3d& shift)
   return Eigen::Translation3d(shift) * Eigen::AngleAxisd(angle, axis.normalized());
 }
 
-JudgedPose
+ScoredPose
 at(const Eigen::Isometry3d& T_target_source)
 {
-  JudgedPose pose;
+  ScoredPose pose;
   pose.T_target_source = T_target_source;
   return pose;
 }
@@ -100,16 +100,16 @@ TEST_F(PatchPairOfARoom, AGuessBoundsThePoseOnlyWithItsTolerance)
 TEST_F(PatchPairOfARoom, TheTruthExplainsMoreThanOtherPoses)
 {
   const PatchPair scans = pair(options_);
-  JudgedPose truth = at(scans.toInner(truth_));
-  scans.judgeFinely(truth);
+  ScoredPose truth = at(scans.toInner(truth_));
+  scans.scoreFine(truth);
   EXPECT_GT(truth.score, 0.4);
   testing::Random random(1);
   for (int trial = 0; trial < 20; ++trial) {
-    JudgedPose other = at(motion(testing::randomRotation(random).col(0),
+    ScoredPose other = at(motion(testing::randomRotation(random).col(0),
                                  random.uniform(0.3, 3),
                                  random.uniform(0.5, 2) * testing::randomRotation(random).col(0)) *
                           truth.T_target_source);
-    scans.judgeFinely(other);
+    scans.scoreFine(other);
     EXPECT_LT(other.score, 0.7 * truth.score) << trial;
   }
 }
@@ -119,10 +119,10 @@ TEST_F(PatchPairOfARoom, RolesDoNotMatter)
   const PatchPair scans = pair(options_);
   const PatchPair back(*target_, *source_, options_, nullptr, Deadline());
   for (const double shift : {0.0, 0.05, 0.5}) {
-    JudgedPose pose = at(motion(Eigen::Vector3d::UnitZ(), shift, Eigen::Vector3d(shift, 0, 0)) * scans.toInner(truth_));
-    JudgedPose inverse = at(pose.T_target_source.inverse());
-    scans.judgeFinely(pose);
-    back.judgeFinely(inverse);
+    ScoredPose pose = at(motion(Eigen::Vector3d::UnitZ(), shift, Eigen::Vector3d(shift, 0, 0)) * scans.toInner(truth_));
+    ScoredPose inverse = at(pose.T_target_source.inverse());
+    scans.scoreFine(pose);
+    back.scoreFine(inverse);
     EXPECT_NEAR(pose.score, inverse.score, 1e-6);
     EXPECT_NEAR(pose.evidence.matched, inverse.evidence.matched, 1e-6 * pose.evidence.total);
     // Evidence by direction is told in the frame of the target.
@@ -139,10 +139,10 @@ TEST_F(PatchPairOfARoom, EachRefinementFromAsFarAsItReaches)
   for (int trial = 0; trial < 10; ++trial) {
     const Eigen::Vector3d axis = testing::randomRotation(random).col(0);
     const Eigen::Vector3d shift = testing::randomRotation(random).col(0);
-    EXPECT_THAT(scans.refinedCoarsely(motion(axis, 0.08, 0.2 * shift) * truth), IsPoseNear(truth, 0.03, 0.06)) << trial;
-    EXPECT_THAT(scans.refinedFinely(motion(axis, 0.03, 0.06 * shift) * truth), IsPoseNear(truth, 0.005, 0.01)) << trial;
-    JudgedPose pose = at(motion(axis, 0.01, 0.02 * shift) * truth);
-    scans.judgeFinely(pose);
+    EXPECT_THAT(scans.refinedCoarse(motion(axis, 0.08, 0.2 * shift) * truth), IsPoseNear(truth, 0.03, 0.06)) << trial;
+    EXPECT_THAT(scans.refinedFine(motion(axis, 0.03, 0.06 * shift) * truth), IsPoseNear(truth, 0.005, 0.01)) << trial;
+    ScoredPose pose = at(motion(axis, 0.01, 0.02 * shift) * truth);
+    scans.scoreFine(pose);
     scans.polish(pose);
     EXPECT_THAT(pose.T_target_source, IsPoseNear(truth, 0.003, 0.004)) << trial;
     ASSERT_TRUE(pose.polish);
@@ -159,8 +159,8 @@ TEST_F(PatchPairOfARoom, NoPolishLeavesThePoseAndTellsOfIt)
   unrefined.refine = false;
   const Deadline passed = Deadline::after(1e-9);
   for (const PatchPair& scans : {pair(unrefined), pair(options_, passed)}) {
-    JudgedPose pose = at(start);
-    scans.judgeFinely(pose);
+    ScoredPose pose = at(start);
+    scans.scoreFine(pose);
     scans.polish(pose);
     EXPECT_EQ(pose.T_target_source.matrix(), start.matrix());
     ASSERT_TRUE(pose.polish);
@@ -184,8 +184,8 @@ TEST_F(PatchPairOfARoom, APolishThatLeavesTheGivenVerticalIsNotTaken)
     options.gravity->up_target = start.linear() * options.gravity->up_source;
     options.gravity->tolerance = tolerance;
     const PatchPair scans = pair(options);
-    JudgedPose pose = at(start);
-    scans.judgeFinely(pose);
+    ScoredPose pose = at(start);
+    scans.scoreFine(pose);
     scans.polish(pose);
     if (tolerance < kWrong / 2)
       EXPECT_EQ(pose.T_target_source.matrix(), start.matrix());
@@ -199,8 +199,8 @@ TEST_F(PatchPairOfARoom, MovesUnlessThatExplainsLess)
   const PatchPair scans = pair(options_);
   const Eigen::Isometry3d truth = scans.toInner(truth_);
   const Eigen::Isometry3d beside = motion(Eigen::Vector3d::UnitX(), 0, Eigen::Vector3d(0.15, 0.1, 0.1)) * truth;
-  JudgedPose pose = at(beside);
-  scans.judgeFinely(pose);
+  ScoredPose pose = at(beside);
+  scans.scoreFine(pose);
   const double before = pose.score;
   scans.polish(pose);
   pose.T_target_source = beside;
@@ -245,14 +245,14 @@ TEST_F(PatchPairOfARoom, NothingOnNothing)
   for (const PatchPair& scans : {PatchPair(empty, *target_, options_, nullptr, Deadline()),
                                  PatchPair(*source_, empty, options_, nullptr, Deadline()),
                                  PatchPair(empty, empty, options_, nullptr, Deadline())}) {
-    JudgedPose pose = at(Eigen::Isometry3d::Identity());
-    scans.judgeFinely(pose);
+    ScoredPose pose = at(Eigen::Isometry3d::Identity());
+    scans.scoreFine(pose);
     EXPECT_LE(pose.score, 0);
     scans.polish(pose);
     ASSERT_TRUE(pose.polish);
     EXPECT_EQ(pose.polish->matches, 0);
-    EXPECT_TRUE(scans.refinedFinely(pose.T_target_source).matrix().allFinite());
-    EXPECT_TRUE(scans.refinedCoarsely(pose.T_target_source).matrix().allFinite());
+    EXPECT_TRUE(scans.refinedFine(pose.T_target_source).matrix().allFinite());
+    EXPECT_TRUE(scans.refinedCoarse(pose.T_target_source).matrix().allFinite());
   }
 }
 

@@ -123,7 +123,7 @@ TEST(PosePriors, DropOthersAsAllowSaysAndKeepsTheOrder)
   Options options = withVertical(0.1, Eigen::Vector3d::UnitZ(), Eigen::Vector3d::UnitZ());
   options.guess_tolerance = GuessTolerance{0.4, 3};
   const PosePriors priors(options, Eigen::Isometry3d::Identity(), kPlace, 1);
-  std::vector<JudgedPose> poses(400);
+  std::vector<ScoredPose> poses(400);
   std::vector<double> expected;
   for (std::size_t i = 0; i < poses.size(); ++i) {
     poses[i].T_target_source = poseAbout(kPlace,
@@ -139,7 +139,7 @@ TEST(PosePriors, DropOthersAsAllowSaysAndKeepsTheOrder)
   EXPECT_LT(expected.size(), 390U);
   for (std::size_t i = 0; i < poses.size(); ++i)
     EXPECT_EQ(poses[i].score, expected[i]);
-  std::vector<JudgedPose> none;
+  std::vector<ScoredPose> none;
   priors.dropOthers(none, Exactness::Refined);
   EXPECT_TRUE(none.empty());
 }

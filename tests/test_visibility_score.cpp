@@ -84,9 +84,9 @@ TEST(CollectEvidence, ByHand)
   EXPECT_EQ(evidence.unmatched, 4 + 64);
   EXPECT_EQ(evidence.visible(), 71);
   const auto voice = [](double area) { return std::pow(area, 0.25); };
-  EXPECT_NEAR(evidence.voices.total, 1 + voice(2) + voice(4) + voice(8) + voice(16) + voice(32) + voice(64), 1e-12);
-  EXPECT_NEAR(evidence.voices.matched, 1, 1e-12);
-  EXPECT_NEAR(evidence.voices.contradicted, voice(2), 1e-12);
+  EXPECT_NEAR(evidence.patches.total, 1 + voice(2) + voice(4) + voice(8) + voice(16) + voice(32) + voice(64), 1e-12);
+  EXPECT_NEAR(evidence.patches.matched, 1, 1e-12);
+  EXPECT_NEAR(evidence.patches.contradicted, voice(2), 1e-12);
   EXPECT_TRUE(evidence.matched_normals.isApprox(Eigen::Vector3d(1, 0, 0).asDiagonal().toDenseMatrix(), 1e-9));
   EXPECT_TRUE(evidence.visible_normals.isApprox(Eigen::Vector3d(67, 0, 4).asDiagonal().toDenseMatrix(), 1e-9));
 
@@ -122,9 +122,9 @@ TEST(CollectEvidence, WhatIsSeenEdgeOnIsHeardLess)
 
   const Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   const SurfaceEvidence evidence = collectEvidence(samples, wall.index, &wall.image, T, VisibilityOptions());
-  EXPECT_EQ(evidence.voices.total, 5);
-  EXPECT_EQ(evidence.voices.matched, 2);
-  EXPECT_EQ(evidence.voices.contradicted, 3);
+  EXPECT_EQ(evidence.patches.total, 5);
+  EXPECT_EQ(evidence.patches.matched, 2);
+  EXPECT_EQ(evidence.patches.contradicted, 3);
   EXPECT_EQ(evidence.facing.total, 3);
   EXPECT_EQ(evidence.facing.matched, 1);
   EXPECT_EQ(evidence.facing.contradicted, 1);
@@ -185,9 +185,9 @@ TEST(CollectEvidence, AgreesWithPlainSums)
     EXPECT_NEAR(evidence.matched, sums[1], 1e-9);
     EXPECT_NEAR(evidence.contradicted, sums[2], 1e-9);
     EXPECT_NEAR(evidence.unmatched, sums[3], 1e-9);
-    EXPECT_NEAR(evidence.voices.total, voices.sum(), 1e-9);
-    EXPECT_NEAR(evidence.voices.matched, voices[1], 1e-9);
-    EXPECT_NEAR(evidence.voices.contradicted, voices[2], 1e-9);
+    EXPECT_NEAR(evidence.patches.total, voices.sum(), 1e-9);
+    EXPECT_NEAR(evidence.patches.matched, voices[1], 1e-9);
+    EXPECT_NEAR(evidence.patches.contradicted, voices[2], 1e-9);
     EXPECT_NEAR(evidence.facing.matched, facing_matched, 1e-9);
     EXPECT_NEAR(evidence.facing.contradicted, facing_contradicted, 1e-9);
     EXPECT_TRUE(evidence.visible_normals.isApprox(visible_normals, 1e-9));
@@ -195,8 +195,8 @@ TEST(CollectEvidence, AgreesWithPlainSums)
     all += evidence;
   }
   EXPECT_GT(all.facing.contradicted, 0);
-  EXPECT_LT(all.facing.contradicted, all.voices.contradicted);
-  EXPECT_NEAR(all.voices.total, 5 * source.samples.weights.array().pow(0.25).sum(), 1e-9);
+  EXPECT_LT(all.facing.contradicted, all.patches.contradicted);
+  EXPECT_NEAR(all.patches.total, 5 * source.samples.weights.array().pow(0.25).sum(), 1e-9);
   for (const double sum : {all.matched, all.contradicted, all.unmatched, all.total - all.visible()})
     EXPECT_GT(sum, 0.01 * all.total); // each kind of evidence occurred
 }
@@ -244,7 +244,7 @@ TEST(SurfaceEvidence, AddsUp)
   a.unmatched = 4;
   a.matched_normals.setConstant(5);
   a.visible_normals.setConstant(6);
-  a.voices = {7, 8, 9};
+  a.patches = {7, 8, 9};
   a.facing = {10, 11, 12};
   b = a;
   b += a;
@@ -254,9 +254,9 @@ TEST(SurfaceEvidence, AddsUp)
   EXPECT_EQ(b.unmatched, 8);
   EXPECT_EQ(b.matched_normals(0, 2), 10);
   EXPECT_EQ(b.visible_normals(2, 1), 12);
-  EXPECT_EQ(b.voices.total, 14);
-  EXPECT_EQ(b.voices.matched, 16);
-  EXPECT_EQ(b.voices.contradicted, 18);
+  EXPECT_EQ(b.patches.total, 14);
+  EXPECT_EQ(b.patches.matched, 16);
+  EXPECT_EQ(b.patches.contradicted, 18);
   EXPECT_EQ(b.facing.total, 20);
   EXPECT_EQ(b.facing.matched, 22);
   EXPECT_EQ(b.facing.contradicted, 24);

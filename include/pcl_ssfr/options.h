@@ -5,6 +5,7 @@
 
 #include <pcl_ssfr/export.h>
 #include <pcl_ssfr/paper_options.h>
+#include <pcl_ssfr/patch_config.h>
 
 #include <Eigen/Core>
 
@@ -83,9 +84,10 @@ struct SearchOptions {
  * a field is set by its name alone (`options.leaf = 0.1`) while a function says by its parameter which group it reads.
  */
 struct Options : PreparationOptions, SearchOptions {
-  unsigned threads = 1; ///< 0: all processors, at most kMaxThreads; the result never depends on it
-  PatchOptions patches; ///< stages of Profile::Default
-  PaperOptions paper;   ///< stages of Profile::Paper2017; the scales above, where they are set, go before its own
+  unsigned threads = 1;             ///< 0: all processors, at most kMaxThreads; the result never depends on it
+  PatchOptions patches;             ///< planar patches; Profile::Default only
+  PatchProfileConfig patch_profile; ///< tuned numbers of Profile::Default
+  PaperOptions paper; ///< stages of Profile::Paper2017; the scales above, where they are set, go before its own
 };
 
 /// Whether scans prepared with \p a are what \p b asks for: all that the preparation reads is equal.

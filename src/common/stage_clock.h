@@ -6,7 +6,9 @@
 #include <pcl_ssfr/result.h>
 
 #include <chrono>
+#include <cstdint>
 #include <string>
+#include <vector>
 
 namespace pcl_ssfr {
 
@@ -38,6 +40,22 @@ public:
 private:
   Clock::time_point start_ = Clock::now();
   Clock::time_point last_ = start_;
+};
+
+/// Reports stages one after the other, each with the time since the one before it.
+class StageLog {
+public:
+  explicit StageLog(std::vector<StageReport>& reports) : reports_(reports) {}
+
+  void
+  report(const char* stage, std::uint64_t count_in, std::uint64_t count_out)
+  {
+    reports_.push_back(clock_.lap(stage, count_in, count_out));
+  }
+
+private:
+  std::vector<StageReport>& reports_;
+  StageClock clock_;
 };
 
 } // namespace pcl_ssfr

@@ -4,7 +4,6 @@
 #include "judgement/pose_priors.h"
 
 #include "common/rotation_math.h"
-#include "profiles/patch_constants.h"
 
 #include <algorithm>
 #include <cmath>
@@ -16,12 +15,13 @@ namespace {
 constexpr double kRefinedMargin = 0.01;  // [rad] of refined poses beyond a tolerance: noise of the scans and the prior
 constexpr double kLeastDeviation = 1e-4; // [rad] of a prior
 constexpr double kToleranceDeviations = 3; // standard deviations of a given vertical that its tolerance stands for
-constexpr double kOptimism = 5;            // times the deviation that matches claim, they err where they tell little
+constexpr double kSigmaInflation = 5;            // times the deviation that matches claim, they err where they tell little
 
+/// Angle between two directions of any length [rad].
 double
-angleMargin(Exactness exactness)
+angleOf(const Eigen::Vector3d& a, const Eigen::Vector3d& b)
 {
-  return exactness == Exactness::Proposed ? kRefitAngle : kRefinedMargin;
+  return std::atan2(a.cross(b).norm(), a.dot(b));
 }
 
 double
@@ -35,13 +35,19 @@ information(double deviation)
 PosePriors::PosePriors(const Options& options,
                        const std::optional<Eigen::Isometry3d>& guess,
                        const Eigen::Vector3d& place,
+                       double radius,
                        double scale)
-    : gravity_(options.gravity), place_(place), shift_margin_(kDistinctDistance * scale)
+    : gravity_(options.gravity), guess_trust_(options.patch_profile.judgement.guess_trust),
+      guess_deviation_(options.patch_profile.judgement.guess_deviation * scale), radius_(radius), place_(place),
+      direction_error_(options.patch_profile.search.direction_error),
+      translation_margin_(options.patch_profile.refinement.distinct_distance * scale)
 {
   if (guess && options.guess_tolerance) {
     guess_ = guess;
     tolerance_ = *options.guess_tolerance;
   }
+  else
+    hint_ = guess;
 }
 
 bool
@@ -50,7 +56,7 @@ PosePriors::keepVertical(const Eigen::Matrix3d& R_target_source, Exactness exact
   if (!gravity_)
     return true;
   // Main normals err by no more than the margin of what is proposed, be the tolerance large or small.
-  const double reach = exactness == Exactness::Proposed ? std::max(gravity_->tolerance, kRefitAngle)
+  const double reach = exactness == Exactness::Proposed ? std::max(gravity_->tolerance, direction_error_)
                                                         : gravity_->tolerance + kRefinedMargin;
   return keepsVertical(R_target_source, *gravity_, reach);
 }
@@ -59,32 +65,51 @@ bool
 PosePriors::allow(const Eigen::Matrix3d& R_target_source, Exactness exactness) const
 {
   return keepVertical(R_target_source, exactness) &&
-         (!guess_ || angleBetween(guess_->linear(), R_target_source) <= tolerance_.rotation + angleMargin(exactness));
+         (!guess_ || angleBetween(guess_->linear(), R_target_source) <= tolerance_.rotation + (exactness == Exactness::Proposed ? direction_error_ : kRefinedMargin));
 }
 
 bool
 PosePriors::allow(const Eigen::Isometry3d& T_target_source, Exactness exactness) const
 {
-  const double margin = exactness == Exactness::Proposed ? shift_margin_ : 0;
+  const double margin = exactness == Exactness::Proposed ? translation_margin_ : 0;
   return allow(Eigen::Matrix3d(T_target_source.linear()), exactness) &&
-         (!guess_ || shiftBetween(T_target_source, *guess_, place_) <= tolerance_.translation + margin);
+         (!guess_ || translationBetween(T_target_source, *guess_, place_) <= tolerance_.translation + margin);
 }
 
 void
-PosePriors::dropOthers(std::vector<JudgedPose>& poses, Exactness exactness) const
+PosePriors::dropExcluded(std::vector<ScoredPose>& poses, Exactness exactness) const
 {
   poses.erase(std::remove_if(poses.begin(),
                              poses.end(),
-                             [&](const JudgedPose& pose) { return !allow(pose.T_target_source, exactness); }),
+                             [&](const ScoredPose& pose) { return !allow(pose.T_target_source, exactness); }),
               poses.end());
 }
 
 std::optional<ShiftWindow>
-PosePriors::shiftWindow(const Eigen::Matrix3d& R_target_source, double margin) const
+PosePriors::translationWindow(const Eigen::Matrix3d& R_target_source, double margin) const
 {
   if (!guess_)
     return std::nullopt;
   return ShiftWindow{*guess_ * place_ - R_target_source * place_, tolerance_.translation + margin};
+}
+
+double
+PosePriors::logPrior(const Eigen::Isometry3d& T_target_source) const
+{
+  double log_prior = 0;
+  if (gravity_) {
+    const double tilt = angleOf(T_target_source.linear() * gravity_->up_source, gravity_->up_target);
+    log_prior -= 0.5 * std::pow(tilt * kToleranceDeviations / gravity_->tolerance, 2);
+  }
+  if (guess_)
+    log_prior -= 0.5 * (std::pow(rotationBetween(T_target_source, *guess_) / tolerance_.rotation, 2) +
+                        std::pow(translationBetween(T_target_source, *guess_, place_) / tolerance_.translation, 2));
+  if (hint_) {
+    const double distance = translationBetween(T_target_source, *hint_, place_) +
+                            radius_ * rotationBetween(T_target_source, *hint_);
+    log_prior += std::log1p(guess_trust_ / (1 + std::pow(distance / guess_deviation_, 2)));
+  }
+  return log_prior;
 }
 
 std::optional<KnownVertical>
@@ -112,7 +137,7 @@ PosePriors::rotationInformation() const
 double
 PosePriors::tiltDeviation() const
 {
-  return std::max(gravity_->tolerance / (kToleranceDeviations * kOptimism), kLeastDeviation);
+  return std::max(gravity_->tolerance / (kToleranceDeviations * kSigmaInflation), kLeastDeviation);
 }
 
 } // namespace pcl_ssfr

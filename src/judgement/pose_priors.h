@@ -3,7 +3,7 @@
 
 #pragma once
 
-#include "judgement/judged_pose.h"
+#include "judgement/scored_pose.h"
 #include "refinement/refinement.h"
 #include "search/pose_search.h"
 
@@ -28,11 +28,13 @@ enum class Exactness {
 class PosePriors {
 public:
   /// \param[in] guess without it, or without Options::guess_tolerance, no guess bounds the pose
-  /// \param[in] place of the source, inner frame [m]: shifts are told there
+  /// \param[in] place of the source, inner frame [m]: translations are compared there
   /// \param[in] scale of the scene
+  /// \param[in] radius of the source [m]: a rotation moves it by so much per radian
   PosePriors(const Options& options,
              const std::optional<Eigen::Isometry3d>& guess,
              const Eigen::Vector3d& place,
+             double radius,
              double scale);
 
   /// The guess that bounds the pose, if any.
@@ -56,11 +58,19 @@ public:
 
   /// Drop the poses that do not.
   void
-  dropOthers(std::vector<JudgedPose>& poses, Exactness exactness) const;
+  dropExcluded(std::vector<ScoredPose>& poses, Exactness exactness) const;
 
-  /// Where the guess leaves the shift under a rotation, widened by \p margin [m]; none where no guess bounds the pose.
+  /** \brief Logarithm of the prior probability of a pose, up to a constant of the pair.
+   *
+   * A vertical and a guess of known tolerance are Gaussian: minus half a squared Mahalanobis distance. A guess without a
+   * tolerance may be wrong: its weight over poses far from it is bounded (JudgementConfig::guess_trust).
+   */
+  double
+  logPrior(const Eigen::Isometry3d& T_target_source) const;
+
+  /// Where the guess leaves the translation under a rotation, widened by \p margin [m]; none where no guess bounds the pose.
   std::optional<ShiftWindow>
-  shiftWindow(const Eigen::Matrix3d& R_target_source, double margin) const;
+  translationWindow(const Eigen::Matrix3d& R_target_source, double margin) const;
 
   /// The vertical for a refinement, if any.
   std::optional<KnownVertical>
@@ -77,9 +87,13 @@ private:
 
   std::optional<GravityPrior> gravity_;
   GuessTolerance tolerance_; ///< read where there is a guess
-  std::optional<Eigen::Isometry3d> guess_;
+  std::optional<Eigen::Isometry3d> guess_; ///< that bounds the pose
+  std::optional<Eigen::Isometry3d> hint_;  ///< of no known tolerance
+  double guess_trust_, guess_deviation_;   ///< of the hint
+  double radius_;
   Eigen::Vector3d place_;
-  double shift_margin_; ///< of a proposed pose [m]
+  double direction_error_;    ///< of a proposed rotation [rad]
+  double translation_margin_; ///< of a proposed pose [m]
 };
 
 } // namespace pcl_ssfr

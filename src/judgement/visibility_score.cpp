@@ -5,22 +5,14 @@
 
 #include "common/place_block.h"
 
-#include <Eigen/Eigenvalues>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 
 namespace pcl_ssfr {
 
-namespace {
-
-constexpr double kMinFacingShare = 0.02; // of the visible surface that must face a direction for it to count
-
-} // namespace
-
-Voices&
-Voices::operator+=(const Voices& other)
+WeightedEvidence&
+WeightedEvidence::operator+=(const WeightedEvidence& other)
 {
   total += other.total;
   matched += other.matched;
@@ -36,31 +28,9 @@ SurfaceEvidence::operator+=(const SurfaceEvidence& other)
   contradicted += other.contradicted;
   unmatched += other.unmatched;
   matched_normals += other.matched_normals;
-  visible_normals += other.visible_normals;
-  voices += other.voices;
+  patches += other.patches;
   facing += other.facing;
   return *this;
-}
-
-double
-weakestMatchedShare(const SurfaceEvidence& evidence)
-{
-  if (!(evidence.visible() > 0))
-    return 0;
-  // min over v of (v' M v) / (v' V v), on the directions that enough surface faces.
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> visible(evidence.visible_normals);
-  double share = 1;
-  Eigen::Matrix3d whitening = Eigen::Matrix3d::Zero();
-  int kept = 0;
-  for (int k = 0; k < 3; ++k)
-    if (visible.eigenvalues()[k] > kMinFacingShare * evidence.visible())
-      whitening.col(kept++) = visible.eigenvectors().col(k) / std::sqrt(visible.eigenvalues()[k]);
-  if (kept == 0)
-    return 0;
-  const Eigen::MatrixXd reduced =
-      whitening.leftCols(kept).transpose() * evidence.matched_normals * whitening.leftCols(kept);
-  share = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(reduced).eigenvalues()[0];
-  return std::clamp(share, 0.0, 1.0);
 }
 
 SurfaceEvidence
@@ -84,16 +54,16 @@ collectEvidence(const OrientedSamples& samples,
     places.find(index, options.match, found.data());
     for (std::size_t i = 0; i < places.count; ++i) {
       const double weight = samples.weights[first + static_cast<Eigen::Index>(i)];
-      const double voice = std::sqrt(std::sqrt(weight));
-      const double facing_voice = faces(first + static_cast<Eigen::Index>(i)) ? voice : 0;
+      const double vote = std::sqrt(std::sqrt(weight));
+      const double facing_vote = faces(first + static_cast<Eigen::Index>(i)) ? vote : 0;
       evidence.total += weight;
-      evidence.voices.total += voice;
-      evidence.facing.total += facing_voice;
+      evidence.patches.total += vote;
+      evidence.facing.total += facing_vote;
       const Eigen::Vector3d normal = places.normal(i);
       if (found[i] >= 0) {
         evidence.matched += weight;
-        evidence.voices.matched += voice;
-        evidence.facing.matched += facing_voice;
+        evidence.patches.matched += vote;
+        evidence.facing.matched += facing_vote;
         evidence.matched_normals.noalias() += weight * normal * normal.transpose();
         continue;
       }
@@ -109,18 +79,14 @@ collectEvidence(const OrientedSamples& samples,
         continue; // nothing was seen there
       if (range < options.free_ratio * free - options.free_margin) {
         evidence.contradicted += weight;
-        evidence.voices.contradicted += voice;
+        evidence.patches.contradicted += vote;
         if (std::abs(ray.cast<double>().dot(normal)) >= options.min_facing * range)
-          evidence.facing.contradicted += facing_voice;
+          evidence.facing.contradicted += facing_vote;
       }
       else if (range < options.hidden_ratio * image->farthest(cell) + options.hidden_margin)
         evidence.unmatched += weight;
-      else
-        continue;
-      evidence.visible_normals.noalias() += weight * normal * normal.transpose();
     }
   }
-  evidence.visible_normals += evidence.matched_normals;
   return evidence;
 }
 

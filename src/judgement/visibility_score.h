@@ -21,32 +21,30 @@ struct VisibilityOptions {
   double min_facing = kMinFacing; ///< |cosine| between a normal and a line of sight from which on a sample faces that sensor
 };
 
-/// How loudly the samples of a scan speak for a pose and against it: each with the fourth root of its area [m^2]. A
-/// patch is one observation, and large ones are hardly surer: by area a floor would outvote all that tells places
-/// apart.
-struct Voices {
+/// Evidence for and against a pose, each sample weighted by the fourth root of its area [m^2]: a patch is one
+/// observation, and a large one is hardly surer. By area a floor would outvote all that distinguishes places.
+struct WeightedEvidence {
   double total = 0;        ///< of all samples
   double matched = 0;      ///< of those that meet a compatible patch
   double contradicted = 0; ///< of those that hang in front of what the other sensor saw through
 
-  Voices&
-  operator+=(const Voices& other);
+  WeightedEvidence&
+  operator+=(const WeightedEvidence& other);
 };
 
-/// What becomes of the surface of a scan when it is laid into the other scan; all in weight (square metres).
+/// The fate of the surface of a scan in the other scan; all in weight (square metres).
 struct SurfaceEvidence {
   double total = 0;        ///< all of it
   double matched = 0;      ///< meets a compatible patch
-  double contradicted = 0; ///< hangs in front of what the other sensor saw through
+  double contradicted = 0; ///< lies in front of what the other sensor saw through
   double unmatched = 0;    ///< in view, at the depth that was seen, but no compatible patch there
   // The rest is hidden, behind, or out of view: no evidence.
-  /// Sum of weight n n^T in the target frame, over the matched surface and over all that gave evidence.
+  /// Sum of weight n n^T in the target frame over the matched surface.
   Eigen::Matrix3d matched_normals = Eigen::Matrix3d::Zero();
-  Eigen::Matrix3d visible_normals = Eigen::Matrix3d::Zero();
-  Voices voices;
+  WeightedEvidence patches;
   /// The same of the samples that face their own sensor (VisibilityOptions::min_facing); of these contradict only those
   /// that face the other sensor too: what is seen edge-on is easily missed.
-  Voices facing;
+  WeightedEvidence facing;
 
   double
   visible() const
@@ -56,14 +54,6 @@ struct SurfaceEvidence {
   SurfaceEvidence&
   operator+=(const SurfaceEvidence& other);
 };
-
-/** \brief Share of the visible surface that is matched, in the direction where that is least: in [0, 1].
- *
- * A wrong shift along one axis leaves the planes across the others matched; this looks at each direction by itself.
- * Directions that hardly any visible surface faces (under 2 % of it) are left out. 0 when nothing is visible.
- */
-double
-weakestMatchedShare(const SurfaceEvidence& evidence);
 
 /** \brief Lay the samples into the scan behind \p index and \p image and collect the evidence for and against.
  * \param[in] T maps the samples into the frame of \p index \param[in] image null: no free-space reasoning

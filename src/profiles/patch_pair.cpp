@@ -13,27 +13,40 @@ namespace pcl_ssfr {
 
 namespace {
 
-// Lengths at scale 1 [m]; the scale of the scene multiplies them.
-constexpr double kCoarseReach = 0.5;  // plane distance at the start of the coarse refinement ...
-constexpr double kCoarseFinal = 0.15; // ... and at its end
-constexpr double kFineReach = 0.2;    // of the fine refinement
-constexpr double kFineFinal = 0.05;
-constexpr double kFineStep = 0.0005; // the polish does the rest
-constexpr double kPolishReach = 0.3; // of the polish
-constexpr double kPolishFinal = 0.1;
-constexpr double kLooseMatch = 0.2; // plane distance of a match after the coarse refinement ...
-constexpr double kMatch = 0.1;      // ... after the fine one ...
-constexpr double kLateral = 0.3;    // beyond the edge of a patch
-constexpr double kFreeMargin = 0.3; // of the free space
+constexpr double kSameSensor = 0.1; // [m] at scale 1: the sensor has not moved
 
-// Angles [rad].
-constexpr double kLooseNormals = 0.5; // normals of a match: in the search ...
-constexpr double kNormals = 0.35;     // ... after the fine refinement
-constexpr double kDistinctAngle = 0.05;
-
-constexpr int kCoarseSteps = 6;
-constexpr int kFineSteps = 15;
-constexpr double kKeptScore = 0.9; // share of the score that a refinement, which makes the pose more exact, may cost
+/// The numbers with every length multiplied by \p scale, matching distances by \p noise besides; the match distance is
+/// \p overlap_radius where that is given.
+PatchProfileConfig
+scaled(PatchProfileConfig config, double scale, double noise, double overlap_radius)
+{
+  SearchConfig& search = config.search;
+  for (double* length : {&search.bin_width, &search.step})
+    *length *= scale;
+  RefinementConfig& refinement = config.refinement;
+  EvidenceConfig& evidence = config.judgement.evidence;
+  for (double* length : {&refinement.fine_step,
+                         &refinement.distinct_distance,
+                         &refinement.explored_deviation,
+                         &refinement.explored_distance,
+                         &evidence.lateral,
+                         &evidence.free_margin})
+    *length *= scale;
+  for (double* distance : {&refinement.coarse_reach,
+                           &refinement.coarse_final,
+                           &refinement.fine_reach,
+                           &refinement.fine_final,
+                           &refinement.polish_reach,
+                           &refinement.polish_final,
+                           &evidence.vote_match,
+                           &evidence.loose_match,
+                           &evidence.match})
+    *distance *= scale * noise;
+  // Callers of ICP are used to generous radii; beyond the coarse tolerance the evidence would say nothing.
+  if (overlap_radius > 0)
+    evidence.match = std::min(overlap_radius, evidence.loose_match);
+  return config;
+}
 
 const RangeImage*
 freeSpace(const PatchScan& scan)
@@ -58,11 +71,14 @@ PatchPair::PatchPair(const PatchScan& source,
                      const Deadline& deadline)
     : source_(source), target_(target), options_(options), deadline_(deadline),
       scale_(std::max(source.scale, target.scale)),
-      noise_(std::max(source.thickness, target.thickness) / (kThickness * scale_)),
+      config_(scaled(options.patch_profile,
+                     scale_,
+                     std::max(source.thickness, target.thickness) / (kThickness * scale_),
+                     options.overlap_radius)),
       either_side_(!(source.patches.samples.oriented && target.patches.samples.oriented &&
                      source.viewpoint_used == target.viewpoint_used)),
       threads_(static_cast<int>(threadCount(options))),
-      priors_(options, betweenInnerFrames(source, target, guess), source.viewpoint, scale_)
+      priors_(options, betweenInnerFrames(source, target, guess), source.viewpoint, source.extent.radius, scale_)
 {}
 
 const RangeImage*
@@ -80,49 +96,55 @@ PatchPair::seesFreeSpace() const
 VisibilityOptions
 PatchPair::searchTolerances() const
 {
-  return tolerances(kFreeMargin, kLooseNormals);
+  return tolerances(config_.judgement.evidence.vote_match, config_.judgement.evidence.loose_normals);
 }
 
 VisibilityOptions
 PatchPair::fineTolerances() const
 {
-  return tolerances(matchDistance(), kNormals);
+  return tolerances(config_.judgement.evidence.match, config_.judgement.evidence.normals);
 }
 
 void
-PatchPair::judgeCoarsely(JudgedPose& pose) const
+PatchPair::scoreCoarse(ScoredPose& pose) const
 {
-  judge(pose, tolerances(kLooseMatch, kLooseNormals));
+  score(pose, tolerances(config_.judgement.evidence.loose_match, config_.judgement.evidence.loose_normals));
 }
 
 void
-PatchPair::judgeFinely(JudgedPose& pose) const
+PatchPair::scoreFine(ScoredPose& pose) const
 {
-  judge(pose, fineTolerances());
+  score(pose, fineTolerances());
 }
 
 Eigen::Isometry3d
-PatchPair::refinedCoarsely(const Eigen::Isometry3d& T_target_source) const
+PatchPair::refinedCoarse(const Eigen::Isometry3d& T_target_source) const
 {
-  const RefinementOptions options = refinement(kCoarseReach, kCoarseFinal, kLooseNormals, kCoarseSteps);
+  const RefinementConfig& c = config_.refinement;
+  const RefinementOptions options =
+      refinement(c.coarse_reach, c.coarse_final, config_.judgement.evidence.loose_normals, c.coarse_steps);
   return refinePatches(source_.coarse, target_.index, T_target_source, options).T_target_source;
 }
 
 Eigen::Isometry3d
-PatchPair::refinedFinely(const Eigen::Isometry3d& T_target_source) const
+PatchPair::refinedFine(const Eigen::Isometry3d& T_target_source) const
 {
-  RefinementOptions options = refinement(kFineReach, kFineFinal, kNormals, kFineSteps);
-  options.min_step = kFineStep * scale_;
+  const RefinementConfig& c = config_.refinement;
+  RefinementOptions options =
+      refinement(c.fine_reach, c.fine_final, config_.judgement.evidence.normals, c.fine_steps);
+  options.min_step = c.fine_step;
   return refinePatches(source_.patches, target_.index, T_target_source, options).T_target_source;
 }
 
 void
-PatchPair::polish(JudgedPose& pose) const
+PatchPair::polish(ScoredPose& pose) const
 {
-  RefinementOptions options = refinement(kPolishReach, kPolishFinal, kNormals, options_.max_refinement_steps);
+  const RefinementConfig& c = config_.refinement;
+  RefinementOptions options =
+      refinement(c.polish_reach, c.polish_final, config_.judgement.evidence.normals, options_.max_refinement_steps);
   options.threads = threads_;
   if (options.vertical) // the errors of points on one patch are not independent
-    options.vertical->deviation /= std::sqrt(kAlikePoints);
+    options.vertical->deviation /= std::sqrt(kCorrelatedPointsPerPatch);
   const auto run = [&] {
     return refineMutual(source_.surface, source_.index, target_.surface, target_.index, pose.T_target_source, options);
   };
@@ -135,20 +157,20 @@ PatchPair::polish(JudgedPose& pose) const
       return;
     }
   }
-  // What is told of the pose must be told of the one that is returned.
+  // What is said of the pose must hold for the one that is returned.
   options.steps = 1;
   options.match.distance = static_cast<float>(options.final_distance);
   pose.polish = run();
 }
 
 bool
-PatchPair::moveUnlessWorse(JudgedPose& pose, const Eigen::Isometry3d& T_refined) const
+PatchPair::moveUnlessWorse(ScoredPose& pose, const Eigen::Isometry3d& T_refined) const
 {
-  JudgedPose refined = pose;
+  ScoredPose refined = pose;
   refined.T_target_source = T_refined;
   refined.polish.reset();
-  judgeFinely(refined);
-  if (refined.score < std::min(kKeptScore * pose.score, pose.score))
+  scoreFine(refined);
+  if (refined.score < std::min(config_.refinement.kept_score * pose.score, pose.score))
     return false;
   pose = refined;
   return true;
@@ -157,7 +179,8 @@ PatchPair::moveUnlessWorse(JudgedPose& pose, const Eigen::Isometry3d& T_refined)
 bool
 PatchPair::isSamePlace(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) const
 {
-  return shiftBetween(a, b, source_.viewpoint) < kDistinctDistance * scale_ && turnBetween(a, b) < kDistinctAngle;
+  return translationBetween(a, b, source_.viewpoint) < config_.refinement.distinct_distance &&
+         rotationBetween(a, b) < config_.refinement.distinct_angle;
 }
 
 Eigen::Isometry3d
@@ -175,34 +198,36 @@ PatchPair::toOuter(const Eigen::Isometry3d& T_target_source) const
 VisibilityOptions
 PatchPair::tolerances(double distance, double angle) const
 {
+  const EvidenceConfig& evidence = config_.judgement.evidence;
   VisibilityOptions options;
   options.match.either_side = either_side_;
   options.match.min_cos = static_cast<float>(std::cos(angle));
-  options.match.distance = static_cast<float>(distance * scale_ * noise_);
-  options.match.lateral = static_cast<float>(kLateral * scale_);
-  options.free_margin = options.hidden_margin = static_cast<float>(kFreeMargin * scale_);
+  options.match.distance = static_cast<float>(distance);
+  options.match.lateral = static_cast<float>(evidence.lateral);
+  options.free_margin = options.hidden_margin = static_cast<float>(evidence.free_margin);
   return options;
 }
 
-/// Tolerance of a match that the caller may have set (Options::overlap_radius).
-double
-PatchPair::matchDistance() const
+/// Whether a pose lays one sensor on the other. Then the patterns of their rays coincide, and with them what is wrong
+/// with the patches: more matches than the surface accounts for. Along a corridor that alone picks a place.
+bool
+PatchPair::laysSensorOnSensor(const Eigen::Isometry3d& T_target_source) const
 {
-  // Callers of ICP are used to generous radii; beyond the coarse tolerance the evidence would tell nothing.
-  return options_.overlap_radius > 0 ? std::min(options_.overlap_radius / (scale_ * noise_), kLooseMatch) : kMatch;
+  return seesFreeSpace() && (T_target_source * source_.viewpoint - target_.viewpoint).norm() < kSameSensor * scale_;
 }
 
-/// By the evidence of both scans, each laid into the other.
+/// By the evidence of both scans, each in the other.
 void
-PatchPair::judge(JudgedPose& pose, const VisibilityOptions& options) const
+PatchPair::score(ScoredPose& pose, const VisibilityOptions& options) const
 {
   const Eigen::Isometry3d& T = pose.T_target_source;
   SurfaceEvidence both = collectEvidence(source_.patches.samples, target_.index, freeSpace(target_), T, options);
   SurfaceEvidence back =
       collectEvidence(target_.patches.samples, source_.index, freeSpace(source_), T.inverse(), options);
   back.matched_normals = (T.linear() * back.matched_normals * T.linear().transpose()).eval();
-  back.visible_normals = (T.linear() * back.visible_normals * T.linear().transpose()).eval();
-  rate(pose, both += back);
+  rate(pose, both += back, config_.judgement.evidence.contradiction_weight);
+  pose.log_prior =
+      priors_.logPrior(T) + (laysSensorOnSensor(T) ? std::log(config_.judgement.sensor_on_sensor) : 0.0);
 }
 
 RefinementOptions
@@ -210,7 +235,7 @@ PatchPair::refinement(double reach, double final_distance, double angle, int ste
 {
   RefinementOptions options;
   options.match = tolerances(reach, angle).match;
-  options.final_distance = final_distance * scale_ * noise_;
+  options.final_distance = final_distance;
   options.steps = steps;
   options.deadline = deadline_;
   options.vertical = priors_.vertical();

@@ -3,7 +3,7 @@
 
 #pragma once
 
-#include "judgement/judged_pose.h"
+#include "judgement/scored_pose.h"
 #include "judgement/pose_priors.h"
 #include "judgement/visibility_score.h"
 #include "profiles/patch_profile.h"
@@ -62,6 +62,34 @@ public:
   bool
   seesFreeSpace() const;
 
+  /// The tuned numbers, all lengths scaled to the pair.
+  const PatchProfileConfig&
+  config() const
+  {
+    return config_;
+  }
+  /// The posterior's numbers for what the sensors of this pair saw.
+  const PosteriorConfig&
+  posteriorConfig() const
+  {
+    return seesFreeSpace() ? config_.judgement.posterior : config_.judgement.posterior_blind;
+  }
+  const PatchScan&
+  source() const
+  {
+    return source_;
+  }
+  const PatchScan&
+  target() const
+  {
+    return target_;
+  }
+  const Options&
+  options() const
+  {
+    return options_;
+  }
+
   /// What counts as a match and as free space in the search for translations.
   VisibilityOptions
   searchTolerances() const;
@@ -71,27 +99,27 @@ public:
 
   /// Evidence and score of a pose before the fine refinement.
   void
-  judgeCoarsely(JudgedPose& pose) const;
+  scoreCoarse(ScoredPose& pose) const;
   /// ... and after it.
   void
-  judgeFinely(JudgedPose& pose) const;
+  scoreFine(ScoredPose& pose) const;
 
   /// A pose refined with the few patches that stand for all: from up to 0.5 m at scale 1.
   Eigen::Isometry3d
-  refinedCoarsely(const Eigen::Isometry3d& T_target_source) const;
+  refinedCoarse(const Eigen::Isometry3d& T_target_source) const;
   /// A pose refined with all patches: from up to 0.2 m at scale 1.
   Eigen::Isometry3d
-  refinedFinely(const Eigen::Isometry3d& T_target_source) const;
+  refinedFine(const Eigen::Isometry3d& T_target_source) const;
 
   /// Lay points of each scan onto the patches of the other, and move a finely judged pose there unless that walks away
-  /// or explains less, or Options::refine is off. JudgedPose::polish is the last step at the pose that it leaves.
+  /// or explains less, or Options::refine is off. ScoredPose::polish is the last step at the pose that it leaves.
   void
-  polish(JudgedPose& pose) const;
+  polish(ScoredPose& pose) const;
 
   /// Take a finely judged pose to where a refinement has led it, if it explains the scans about as well there, or
   /// better: a refinement may be drawn away by what moved, or by patches of few points. \return whether it moved
   bool
-  moveUnlessWorse(JudgedPose& pose, const Eigen::Isometry3d& T_refined) const;
+  moveUnlessWorse(ScoredPose& pose, const Eigen::Isometry3d& T_refined) const;
 
   /// Whether two poses count as one.
   bool
@@ -106,10 +134,10 @@ public:
 private:
   VisibilityOptions
   tolerances(double distance, double angle) const;
-  double
-  matchDistance() const;
+  bool
+  laysSensorOnSensor(const Eigen::Isometry3d& T_target_source) const;
   void
-  judge(JudgedPose& pose, const VisibilityOptions& options) const;
+  score(ScoredPose& pose, const VisibilityOptions& options) const;
   RefinementOptions
   refinement(double reach, double final_distance, double angle, int steps) const;
 
@@ -118,6 +146,7 @@ private:
   const Options& options_;
   Deadline deadline_;
   double scale_;
+  PatchProfileConfig config_;
   double noise_; ///< of the scans, 1 when usual
   bool either_side_;
   int threads_;

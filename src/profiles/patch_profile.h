@@ -12,6 +12,7 @@
 #include <pcl_ssfr/options.h>
 #include <pcl_ssfr/result.h>
 #include <pcl_ssfr/scan_view.h>
+#include <pcl_ssfr/search_trace.h>
 
 #include <string>
 #include <vector>
@@ -47,45 +48,15 @@ preparePatchScan(const ScanView& scan, const Options& options, const Deadline& d
 /** \brief Stages 6 to 13 of the default profile: rotations, translations, visibility, refinement, selection.
  * \param[in] deadline when it passes meanwhile: Status::TimeLimit, with what was found so far; Options::time_limit is
  * not read
+ * \param[out] trace what was proposed and looked at; may be null
  */
 Result
 registerPatchScans(const PatchScan& source,
                    const PatchScan& target,
                    const Options& options,
                    const Eigen::Isometry3d* guess,
-                   const Deadline& deadline = Deadline());
-
-// The rest repeats parts of a registration for those who want to see why it ended as it did.
-
-/// What one effort of the search tried.
-struct PatchSearch {
-  PoseSearchOptions options;              ///< of searchTranslations()
-  std::vector<MainNormal> source_normals; ///< main normals, with the vertical where it is given
-  std::vector<MainNormal> target_normals;
-  std::vector<RotationCandidate> rotations; ///< that were tried, best first
-  std::vector<PoseHypothesis> poses; ///< found under all of them, best first; between PatchScan::origin of both scans
-  std::size_t refined = 0; ///< so many of the poses are refined first; others follow unless one of them is clear
-};
-
-/** \brief Stages 6 to 12 once more: one entry for each effort that a registration may make, in their order, without a
- * time limit. Empty entries where a scan has no main normals.
- */
-std::vector<PatchSearch>
-repeatSearch(const PatchScan& source, const PatchScan& target, const Options& options);
-
-/** \brief A pose as the selection of registerPatchScans() judges it. \param[in] refine refine it first as candidates
- * are, without the polish
- */
-Candidate
-judgePose(const PatchScan& source,
-          const PatchScan& target,
-          const Eigen::Isometry3d& T_target_source,
-          const Options& options,
-          bool refine);
-
-/// The tolerances that judgePose() uses.
-VisibilityOptions
-judgementOptions(const PatchScan& source, const PatchScan& target, const Options& options);
+                   const Deadline& deadline = Deadline(),
+                   SearchTrace* trace = nullptr);
 
 /// How the densest regions of the Gaussian sphere of a scan are found.
 DensityOptions

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
-#include "judgement/judged_pose.h"
+#include "judgement/scored_pose.h"
 #include "patch_scenes.h"
 
 #include <gtest/gtest.h>
@@ -18,18 +18,18 @@ evidenceOf(double matched, double contradicted)
 {
   SurfaceEvidence e;
   e.total = 12;
-  e.voices = {10, matched, contradicted};
+  e.patches = {10, matched, contradicted};
   e.facing = {5, matched / 2, contradicted / 4};
   return e;
 }
 
 TEST(Rate, CountsContradictionsFourteenTimes)
 {
-  JudgedPose pose;
+  ScoredPose pose;
   rate(pose, evidenceOf(6, 0.1));
   EXPECT_NEAR(pose.score, 0.6 - 14 * 0.01, 1e-12);
   EXPECT_NEAR(pose.facing_score, 0.6 - 14 * 0.005, 1e-12);
-  EXPECT_EQ(pose.evidence.voices.matched, 6);
+  EXPECT_EQ(pose.evidence.patches.matched, 6);
 }
 
 TEST(Rate, MoreForItIsBetterAndMoreAgainstItWorse)
@@ -37,7 +37,7 @@ TEST(Rate, MoreForItIsBetterAndMoreAgainstItWorse)
   testing::Random random(1);
   for (int trial = 0; trial < 200; ++trial) {
     const double matched = random.uniform(0, 5), contradicted = random.uniform(0, 5);
-    JudgedPose pose, more, against;
+    ScoredPose pose, more, against;
     rate(pose, evidenceOf(matched, contradicted));
     rate(more, evidenceOf(matched + random.uniform(0.01, 1), contradicted));
     rate(against, evidenceOf(matched, contradicted + random.uniform(0.01, 1)));
@@ -48,7 +48,7 @@ TEST(Rate, MoreForItIsBetterAndMoreAgainstItWorse)
 
 TEST(Rate, NoSurfaceNoScore)
 {
-  JudgedPose pose;
+  ScoredPose pose;
   rate(pose, SurfaceEvidence());
   EXPECT_EQ(pose.score, 0);
   EXPECT_EQ(pose.facing_score, 0);
@@ -57,7 +57,7 @@ TEST(Rate, NoSurfaceNoScore)
 TEST(SortByScore, BestFirstAndEqualsInTheirOrder)
 {
   testing::Random random(2);
-  std::vector<JudgedPose> poses(300);
+  std::vector<ScoredPose> poses(300);
   for (std::size_t i = 0; i < poses.size(); ++i) {
     poses[i].score = random.index(20) - 10;
     poses[i].facing_score = static_cast<double>(i); // where it stood
@@ -69,7 +69,7 @@ TEST(SortByScore, BestFirstAndEqualsInTheirOrder)
       ASSERT_LT(poses[i - 1].facing_score, poses[i].facing_score);
     }
   }
-  std::vector<JudgedPose> none;
+  std::vector<ScoredPose> none;
   sortByScore(none);
   EXPECT_TRUE(none.empty());
 }
@@ -100,7 +100,7 @@ TEST(PoseDistance, IsTheSameBothWaysAndInAnyTargetFrame)
 
 TEST(Describe, TellsSharesOfTheSurface)
 {
-  JudgedPose pose;
+  ScoredPose pose;
   SurfaceEvidence e = evidenceOf(6, 0.1);
   e.matched = 6;
   e.contradicted = 0.3;
@@ -125,7 +125,7 @@ TEST(Describe, TellsSharesOfTheSurface)
 
 TEST(Describe, NoSurface)
 {
-  const Candidate c = describe(JudgedPose());
+  const Candidate c = describe(ScoredPose());
   EXPECT_EQ(c.overlap, 0);
   EXPECT_EQ(c.contradiction, 0);
   EXPECT_EQ(c.evidence.facing_matched, 0);

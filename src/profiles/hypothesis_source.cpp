@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#include "profiles/hypothesis_source.h"
+
+#include "common/parallel.h"
+#include "directions/scene_directions.h"
+
+#include <algorithm>
+#include <cstdint>
+
+namespace pcl_ssfr {
+
+namespace {
+
+/// The votes for the best pose under the first rotations spare the others the counting of what is hopeless.
+constexpr std::size_t kFirstRotations = 6;
+
+std::string
+fewDirectionsText(const std::vector<MainNormal>& source, const std::vector<MainNormal>& target)
+{
+  const char* few = !hasPair(source, RotationOptions{})   ? "the source scan"
+                    : !hasPair(target, RotationOptions{}) ? "the target scan"
+                                                          : nullptr;
+  return few ? std::string(few) + " has planes in fewer than two directions" : "";
+}
+
+} // namespace
+
+HypothesisSource::HypothesisSource(const PatchPair& pair,
+                                   const std::optional<Eigen::Isometry3d>& guess,
+                                   StageLog& stages,
+                                   SearchTrace* trace)
+    : pair_(pair), guess_(guess), stages_(stages), trace_(trace), source_normals_(pair.source().main_normals),
+      target_normals_(pair.target().main_normals)
+{
+  if (const auto& gravity = pair.options().gravity) {
+    source_normals_ = withVertical(source_normals_, gravity->up_source);
+    target_normals_ = withVertical(target_normals_, gravity->up_target);
+  }
+  few_directions_ = fewDirectionsText(source_normals_, target_normals_);
+}
+
+std::optional<HypothesisBatch>
+HypothesisSource::next()
+{
+  const SearchConfig& config = pair_.config().search;
+  if (passes_ == 0) {
+    rotations_ = proposeRotations();
+    hypotheses_ = searchTranslations(config.much_overlap);
+    const double least = hypotheses_.empty() ? 0 : config.much_overlap.promising * hypotheses_.front().score;
+    const auto promising = std::find_if(
+        hypotheses_.begin(), hypotheses_.end(), [&](const PoseHypothesis& h) { return least > 0 && h.score < least; });
+    HypothesisBatch batch =
+        takeBatch(static_cast<std::size_t>(promising - hypotheses_.begin()), config.much_overlap);
+    if (guess_)
+      batch.poses.push_back(*guess_);
+    batch.has_guess = guess_.has_value();
+    return batch;
+  }
+  if (passes_ == 1 && taken_ < hypotheses_.size())
+    return takeBatch(hypotheses_.size(), config.much_overlap);
+  if (passes_ == 1 && !rotations_.empty()) {
+    hypotheses_ = searchTranslations(config.little_overlap);
+    return takeBatch(hypotheses_.size(), config.little_overlap);
+  }
+  return std::nullopt;
+}
+
+/// The hypotheses of the current pass up to \p end that were not taken yet.
+HypothesisBatch
+HypothesisSource::takeBatch(std::size_t end, const SearchPass& pass)
+{
+  HypothesisBatch batch;
+  batch.distinct = static_cast<std::size_t>(pass.distinct);
+  for (; taken_ < end; ++taken_) {
+    batch.poses.push_back(hypotheses_[taken_].T_target_source);
+    if (trace_)
+      trace_->passes.back().hypotheses[taken_].refined = true;
+  }
+  return batch;
+}
+
+/// METHOD stages 6 to 8, merged and ranked (METHOD point 3); where main normals do not determine the rotation about an
+/// axis, also rotations all around it.
+std::vector<RotationCandidate>
+HypothesisSource::proposeRotations() const
+{
+  const SearchConfig& config = pair_.config().search;
+  const PosePriors& priors = pair_.priors();
+  RotationOptions options;
+  options.angle_tolerance = config.pair_angle;
+  options.merge_angle = config.pair_angle;
+  options.refit_angle = config.direction_error;
+  std::vector<RotationCandidate> rotations =
+      pcl_ssfr::proposeRotations(source_normals_, target_normals_, options, static_cast<unsigned>(pair_.threads()));
+  const auto is_excluded = [&](const RotationCandidate& r) {
+    return !priors.allow(r.R_target_source, Exactness::Proposed);
+  };
+  rotations.erase(std::remove_if(rotations.begin(), rotations.end(), is_excluded), rotations.end());
+  const std::size_t all = rotations.size();
+  rotations.resize(std::min(all, static_cast<std::size_t>(config.rotations)));
+  const bool few = !few_directions_.empty();
+  for (const RotationCandidate& r :
+       sweepRotations(sweepAxes(source_normals_, pair_.source().patches.samples, few),
+                      sweepAxes(target_normals_, pair_.target().patches.samples, few),
+                      config.sweep_steps))
+    if (!is_excluded(r))
+      rotations.push_back(r);
+  if (priors.guess()) {
+    rotations.emplace_back();
+    rotations.back().R_target_source = priors.guess()->linear();
+  }
+  stages_.report("rotations", all, rotations.size());
+  return rotations;
+}
+
+PoseSearchOptions
+HypothesisSource::searchOptions(const SearchPass& pass) const
+{
+  const SearchConfig& config = pair_.config().search;
+  PoseSearchOptions options;
+  options.peaks_first = pass.peaks_first;
+  options.peaks_second = pass.peaks_second;
+  options.bin_width = boundBinWidth(pair_.options().bin_width > 0 ? pair_.options().bin_width : config.bin_width,
+                                    pair_.source().patches.samples,
+                                    pair_.target().patches.samples,
+                                    HistogramOptions{}.max_bins);
+  options.little_overlap = pass.little_overlap;
+  if (pass.little_overlap)
+    options.contradiction_weight = pair_.config().judgement.evidence.contradiction_weight;
+  options.peak_separation = pair_.config().refinement.distinct_distance;
+  options.step = config.step;
+  options.visibility = pair_.searchTolerances();
+  options.deadline = pair_.deadline();
+  return options;
+}
+
+/// METHOD stages 9 to 12 for every rotation; the poses with most votes.
+std::vector<PoseHypothesis>
+HypothesisSource::searchTranslations(const SearchPass& pass)
+{
+  ++passes_;
+  taken_ = 0;
+  PoseSearchOptions options = searchOptions(pass);
+  const std::size_t first = std::min(rotations_.size(), kFirstRotations);
+  std::vector<PoseHypothesis> found = searchTranslationsOf(0, first, options);
+  for (const PoseHypothesis& pose : found)
+    options.rival_votes = std::max(options.rival_votes, pose.votes);
+  const std::vector<PoseHypothesis> others = searchTranslationsOf(first, rotations_.size(), options);
+  found.insert(found.end(), others.begin(), others.end());
+  std::stable_sort(
+      found.begin(), found.end(), [](const PoseHypothesis& a, const PoseHypothesis& b) { return a.score > b.score; });
+  stages_.report("translations", rotations_.size(), found.size());
+  if (trace_) {
+    TracedPass traced;
+    traced.little_overlap = pass.little_overlap;
+    for (const RotationCandidate& r : rotations_)
+      traced.rotations.push_back(r.R_target_source);
+    for (const PoseHypothesis& h : found)
+      traced.hypotheses.push_back({pair_.toOuter(h.T_target_source), h.score, false});
+    trace_->passes.push_back(std::move(traced));
+  }
+  found.resize(std::min(found.size(), static_cast<std::size_t>(pass.refined)));
+  return found;
+}
+
+/// The same for rotations [first, end), each by a thread of its own; in their order.
+std::vector<PoseHypothesis>
+HypothesisSource::searchTranslationsOf(std::size_t first, std::size_t end, const PoseSearchOptions& options) const
+{
+  std::vector<std::vector<PoseHypothesis>> found(end - first);
+  forEachInParallel(static_cast<std::int64_t>(end - first), 1, pair_.threads(), [&](std::int64_t i) {
+    if (pair_.outOfTime())
+      return;
+    const Eigen::Matrix3d& R = rotations_[first + static_cast<std::size_t>(i)].R_target_source;
+    PoseSearchOptions own = options;
+    own.window = pair_.priors().translationWindow(R, options.peak_separation);
+    found[static_cast<std::size_t>(i)] = pcl_ssfr::searchTranslations(pair_.source().patches.samples,
+                                                                      pair_.source().votes,
+                                                                      pair_.target().patches.samples,
+                                                                      target_normals_,
+                                                                      pair_.target().index,
+                                                                      pair_.targetImage(),
+                                                                      R,
+                                                                      own);
+  });
+  std::vector<PoseHypothesis> poses;
+  for (const std::vector<PoseHypothesis>& some : found)
+    poses.insert(poses.end(), some.begin(), some.end());
+  return poses;
+}
+
+} // namespace pcl_ssfr

@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#include "profiles/pose_refinement.h"
+
+#include "common/parallel.h"
+#include "judgement/posterior.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <utility>
+
+namespace pcl_ssfr {
+
+namespace {
+
+constexpr double kNoiseFloor = 0.001; // [m] at scale 1, least standard deviation of plane distances
+
+/// Apply \p refine to every pose, in parallel, one slot each.
+template <typename Refine>
+void
+forEachPose(const PatchPair& pair, std::vector<ScoredPose>& poses, const Refine& refine)
+{
+  forEachInParallel(static_cast<std::int64_t>(poses.size()), 1, pair.threads(), [&](std::int64_t i) {
+    refine(poses[static_cast<std::size_t>(i)]);
+  });
+}
+
+/// Whether a pose is too improbable beside the best to be worth more work.
+bool
+isHopeless(const PatchPair& pair, const ScoredPose& pose, const ScoredPose& best)
+{
+  const PosteriorConfig& config = pair.posteriorConfig();
+  return logWeight(pose, config) < logWeight(best, config) + std::log(pair.config().judgement.hopeless);
+}
+
+std::vector<ScoredPose>
+refineCoarse(const PatchPair& pair, const HypothesisBatch& batch)
+{
+  std::vector<ScoredPose> poses(batch.poses.size());
+  for (std::size_t i = 0; i < poses.size(); ++i)
+    poses[i].T_target_source = batch.poses[i];
+  if (batch.has_guess)
+    poses.back().from_guess = true;
+  forEachPose(pair, poses, [&](ScoredPose& pose) {
+    if (pair.outOfTime())
+      return; // without evidence it is dropped below
+    pose.T_target_source = pair.refinedCoarse(pose.T_target_source);
+    pair.scoreCoarse(pose);
+  });
+  poses.erase(
+      std::remove_if(poses.begin(), poses.end(), [](const ScoredPose& pose) { return !(pose.evidence.matched > 0); }),
+      poses.end());
+  pair.priors().dropExcluded(poses, Exactness::Proposed); // what comes in is not yet exact
+  std::vector<ScoredPose> distinct = keepDistinct(pair, poses, batch.distinct);
+  // Whether the guess is right is for the finer stages to say.
+  const auto is_guess = [](const ScoredPose& pose) { return pose.from_guess; };
+  const auto guess = std::find_if(poses.begin(), poses.end(), is_guess);
+  if (guess != poses.end() && std::none_of(distinct.begin(), distinct.end(), is_guess))
+    distinct.push_back(*guess);
+  return distinct;
+}
+
+std::vector<ScoredPose>
+refineFine(const PatchPair& pair, std::vector<ScoredPose> poses)
+{
+  const std::size_t count = poses.size();
+  if (count == 0)
+    return poses;
+  const ScoredPose best = poses.front();
+  forEachPose(pair, poses, [&](ScoredPose& pose) {
+    const bool is_hopeless = !pose.from_guess && isHopeless(pair, pose, best);
+    pair.scoreFine(pose);
+    if (pair.options().refine && !pair.outOfTime() && !is_hopeless)
+      pair.moveUnlessWorse(pose, pair.refinedFine(pose.T_target_source));
+  });
+  pair.priors().dropExcluded(poses, Exactness::Refined);
+  return keepDistinct(pair, std::move(poses), count);
+}
+
+/// The polished best pose, moved to and fro along the motions that are known least.
+std::vector<ScoredPose>
+neighboursOf(const PatchPair& pair, const ScoredPose& best)
+{
+  const RefinementConfig& config = pair.config().refinement;
+  const PoseUncertainty uncertainty = uncertaintyOf(pair, best);
+  std::vector<ScoredPose> neighbours;
+  for (std::size_t k = 0;
+       k < std::min(static_cast<std::size_t>(config.explored_motions), uncertainty.motions.size());
+       ++k) {
+    if (!(uncertainty.motions[k].deviation > config.explored_deviation))
+      continue;
+    for (const double distance : {config.explored_distance, 2 * config.explored_distance})
+      for (const int sign : {-1, 1}) {
+        ScoredPose neighbour = best;
+        neighbour.polish.reset();
+        neighbour.T_target_source = Eigen::Translation3d(uncertainty.centre) *
+                                    expSe3(sign * distance * uncertainty.motions[k].motion) *
+                                    Eigen::Translation3d(-uncertainty.centre) * best.T_target_source;
+        neighbours.push_back(neighbour);
+      }
+  }
+  return neighbours;
+}
+
+/** \brief Leave a local optimum: where a motion is poorly constrained, as level rings hardly constrain a tilt, a
+ * refinement ends in the nearest of several places that explain the scans almost equally well. So start it from the
+ * neighbourhood of the best pose along such motions, and take the optimum that explains most.
+ */
+void
+escapeLocalOptimum(const PatchPair& pair, ScoredPose& best)
+{
+  const RefinementConfig& config = pair.config().refinement;
+  constexpr int kRounds = 2;
+  for (int round = 0; round < kRounds && best.score > 0 && !pair.outOfTime(); ++round) {
+    std::vector<ScoredPose> neighbours = neighboursOf(pair, best);
+    forEachPose(pair, neighbours, [&](ScoredPose& pose) {
+      if (pair.outOfTime())
+        return;
+      pair.scoreFine(pose);
+      if (isHopeless(pair, pose, best))
+        return;
+      pose.T_target_source = pair.refinedFine(pose.T_target_source);
+      pair.scoreFine(pose);
+    });
+    pair.priors().dropExcluded(neighbours, Exactness::Refined);
+    sortByWeight(neighbours, pair.posteriorConfig());
+    const auto is_better = [&](const ScoredPose& pose) { return pose.score >= config.explored_gain * best.score; };
+    if (pair.outOfTime() || neighbours.empty() || !is_better(neighbours.front()))
+      return;
+    pair.polish(neighbours.front());
+    if (!is_better(neighbours.front()))
+      return;
+    best = neighbours.front();
+  }
+}
+
+} // namespace
+
+std::vector<ScoredPose>
+keepDistinct(const PatchPair& pair, std::vector<ScoredPose> poses, std::size_t most)
+{
+  sortByWeight(poses, pair.posteriorConfig());
+  std::vector<ScoredPose> distinct;
+  for (ScoredPose& pose : poses) {
+    if (distinct.size() >= most)
+      break;
+    const bool is_known = std::any_of(distinct.begin(), distinct.end(), [&](const ScoredPose& other) {
+      return pair.isSamePlace(pose.T_target_source, other.T_target_source);
+    });
+    if (!is_known)
+      distinct.push_back(std::move(pose));
+  }
+  return distinct;
+}
+
+std::vector<ScoredPose>
+refineAndMerge(const PatchPair& pair,
+               const HypothesisBatch& batch,
+               const std::vector<ScoredPose>& known,
+               StageLog& stages)
+{
+  std::vector<ScoredPose> coarse = refineCoarse(pair, batch);
+  const std::size_t coarse_count = coarse.size();
+  stages.report("coarse refinement", batch.poses.size(), coarse_count);
+  std::vector<ScoredPose> poses = refineFine(pair, std::move(coarse));
+  stages.report("fine refinement", coarse_count, poses.size());
+  // A polished pose stands for what leads to it again, even where that scores a little more.
+  const auto is_polished = [&](const ScoredPose& pose) {
+    return std::any_of(known.begin(), known.end(), [&](const ScoredPose& other) {
+      return other.polish && pair.isSamePlace(pose.T_target_source, other.T_target_source);
+    });
+  };
+  poses.erase(std::remove_if(poses.begin(), poses.end(), is_polished), poses.end());
+  poses.insert(poses.end(), known.begin(), known.end());
+  return keepDistinct(pair, std::move(poses), std::max(batch.distinct, known.size()));
+}
+
+std::vector<ScoredPose>
+polishLeaders(const PatchPair& pair, std::vector<ScoredPose> poses, StageLog& stages)
+{
+  const PosteriorConfig& config = pair.posteriorConfig();
+  const double least = logWeight(poses.front(), config) + std::log(pair.config().judgement.rival);
+  const auto most = std::min(poses.size(), static_cast<std::size_t>(pair.config().refinement.polished));
+  std::vector<ScoredPose> polished, others;
+  bool is_new = false;
+  std::size_t points = 0;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const bool is_leader = i == 0 || (i < most && !pair.outOfTime() && logWeight(poses[i], config) >= least);
+    if (is_leader && !poses[i].polish) {
+      pair.polish(poses[i]);
+      is_new = true;
+      points += static_cast<std::size_t>(pair.source().surface.points.cols() + pair.target().surface.points.cols());
+    }
+    (poses[i].polish ? polished : others).push_back(std::move(poses[i]));
+  }
+  sortByWeight(polished, config);
+  if (is_new && !pair.outOfTime() && pair.options().refine)
+    escapeLocalOptimum(pair, polished.front());
+  // Polished, rivals may have changed their order, or turned out to be the same pose.
+  const ScoredPose best = polished.front();
+  others.insert(others.end(), polished.begin() + 1, polished.end());
+  sortByWeight(others, config);
+  others.insert(others.begin(), best);
+  std::vector<ScoredPose> distinct;
+  for (const ScoredPose& pose : others)
+    if (std::none_of(distinct.begin(), distinct.end(), [&](const ScoredPose& other) {
+          return pair.isSamePlace(pose.T_target_source, other.T_target_source);
+        }))
+      distinct.push_back(pose);
+  stages.report("polish", points, static_cast<std::uint64_t>(best.polish->matches));
+  return distinct;
+}
+
+PoseUncertainty
+uncertaintyOf(const PatchPair& pair, const ScoredPose& pose)
+{
+  return pose.polish ? poseUncertainty(*pose.polish, kNoiseFloor * pair.scale(), pair.priors().rotationInformation())
+                     : PoseUncertainty();
+}
+
+} // namespace pcl_ssfr
