@@ -5,6 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <ctime>
 #include <limits>
 #include <thread>
 
@@ -43,6 +45,23 @@ TEST(Deadline, IsNotThereBefore)
   const Deadline least = Deadline::after(1e-9);
   std::this_thread::sleep_for(std::chrono::microseconds(10));
   EXPECT_TRUE(least.hasPassed());
+}
+
+TEST(Deadline, ProcessorTimeDoesNotPassWhileNothingIsDone)
+{
+  constexpr double kLimit = 0.1; // [s]
+  const Deadline wall = Deadline::after(kLimit);
+  const Deadline processor = Deadline::after(kLimit, TimeLimitClock::Processor);
+  EXPECT_FALSE(wall.hasPassed());
+  std::this_thread::sleep_for(std::chrono::duration<double>(1.5 * kLimit));
+  EXPECT_TRUE(wall.hasPassed());
+  EXPECT_FALSE(processor.hasPassed());
+  const std::clock_t before = std::clock();
+  while (static_cast<double>(std::clock() - before) < 1.1 * kLimit * CLOCKS_PER_SEC) {
+  }
+  EXPECT_TRUE(processor.hasPassed());
+  EXPECT_FALSE(Deadline::after(0, TimeLimitClock::Processor).hasPassed());
+  EXPECT_FALSE(Deadline::after(std::numeric_limits<double>::infinity(), TimeLimitClock::Processor).hasPassed());
 }
 
 } // namespace

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
-#include "baselines/deadline.h"
 #include "baselines/go_icp_branch_and_bound.h"
 #include "baselines/go_icp_problem.h"
 #include "baselines/point_tree.h"
@@ -478,24 +477,6 @@ TEST(GoIcp, LimitsAreHonouredAndTold)
   EXPECT_THAT(result.message, HasSubstr("cut off by the limit of 20000 nodes"));
   EXPECT_GE(report.nodes, 20'000U);
   EXPECT_LT(report.nodes, 40'000U);
-}
-
-TEST(Deadline, ProcessorTimeDoesNotPassWhileNothingIsDone)
-{
-  constexpr double kLimit = 0.1; // [s]
-  const Deadline wall(kLimit, TimeLimitClock::Wall);
-  const Deadline processor(kLimit, TimeLimitClock::Processor);
-  EXPECT_FALSE(wall.isPast());
-  std::this_thread::sleep_for(std::chrono::duration<double>(1.5 * kLimit));
-  EXPECT_TRUE(wall.isPast());
-  EXPECT_FALSE(processor.isPast());
-  const std::clock_t before = std::clock();
-  while (static_cast<double>(std::clock() - before) < 1.1 * kLimit * CLOCKS_PER_SEC) {
-  }
-  EXPECT_TRUE(processor.isPast());
-  EXPECT_FALSE(Deadline().isPast());
-  EXPECT_FALSE(Deadline(0, TimeLimitClock::Processor).isPast());
-  EXPECT_FALSE(Deadline(std::numeric_limits<double>::infinity(), TimeLimitClock::Wall).isPast());
 }
 
 TEST(GoIcp, TheGapShrinksWithTheNodes)

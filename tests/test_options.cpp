@@ -75,33 +75,33 @@ TEST(Options, DefaultsOfBothProfilesAreValid)
 TEST(Options, PaperProfileHasTheConstantsOf2017)
 {
   const Options options = makeOptions(Profile::Paper2017);
-  EXPECT_EQ(options.normals.pre_leaf, 0.01);
-  EXPECT_FALSE(options.normals.away_from_viewpoint);
-  EXPECT_EQ(options.density.kernel, DensityOptions::Kernel::Count);
-  EXPECT_EQ(options.density.max_regions, 6);
-  EXPECT_EQ(options.density.silence_chord, 0.3);
-  EXPECT_FALSE(options.density.reject_elongated);
-  EXPECT_EQ(options.mean_shift.bandwidth, 0.1);
-  EXPECT_EQ(options.mean_shift.tolerance, 1e-7);
-  EXPECT_EQ(options.mean_shift.merge_chord, 0.5);
-  EXPECT_EQ(options.rotation.max_abs_cos, 0.9);
-  EXPECT_EQ(options.rotation.angle_tolerance, 0.05);
-  EXPECT_EQ(options.rotation.merge_angle, 0);
-  EXPECT_EQ(options.translation.third_axis, TranslationOptions::ThirdAxis::FirstMode);
-  EXPECT_EQ(options.translation.max_abs_cos, 0.9);
-  EXPECT_EQ(options.translation.min_triple_product, 0.1);
-  EXPECT_EQ(options.translation.histogram.bin_width, 0.015);
-  EXPECT_EQ(options.translation.histogram.parallel_cos, 0.99);
-  EXPECT_EQ(options.translation.histogram.facing, HistogramOptions::Facing::Either);
-  EXPECT_EQ(options.translation.histogram.clip, HistogramOptions::Clip::UniformMean);
-  EXPECT_EQ(options.translation.histogram.clip_factor, 3);
-  EXPECT_EQ(options.translation.correlation.envelope_half_window, 10);
-  EXPECT_EQ(options.translation.correlation.max_peaks, 1);
-  EXPECT_FALSE(options.translation.correlation.sub_bin);
-  EXPECT_FALSE(options.lcp.kernel_sum);
-  EXPECT_EQ(options.lcp.fine_factor, 100);
-  EXPECT_EQ(options.lcp.fine_smoothing, 0.01);
-  EXPECT_EQ(options.lcp.fine_range_bins, 1.5);
+  EXPECT_EQ(options.paper.normals.pre_leaf, 0.01);
+  EXPECT_FALSE(options.paper.normals.away_from_viewpoint);
+  EXPECT_EQ(options.paper.density.kernel, DensityOptions::Kernel::Count);
+  EXPECT_EQ(options.paper.density.max_regions, 6);
+  EXPECT_EQ(options.paper.density.silence_chord, 0.3);
+  EXPECT_FALSE(options.paper.density.reject_elongated);
+  EXPECT_EQ(options.paper.mean_shift.bandwidth, 0.1);
+  EXPECT_EQ(options.paper.mean_shift.tolerance, 1e-7);
+  EXPECT_EQ(options.paper.mean_shift.merge_chord, 0.5);
+  EXPECT_EQ(options.paper.rotation.max_abs_cos, 0.9);
+  EXPECT_EQ(options.paper.rotation.angle_tolerance, 0.05);
+  EXPECT_EQ(options.paper.rotation.merge_angle, 0);
+  EXPECT_EQ(options.paper.translation.third_axis, TranslationOptions::ThirdAxis::FirstMode);
+  EXPECT_EQ(options.paper.translation.max_abs_cos, 0.9);
+  EXPECT_EQ(options.paper.translation.min_triple_product, 0.1);
+  EXPECT_EQ(options.paper.translation.histogram.bin_width, 0.015);
+  EXPECT_EQ(options.paper.translation.histogram.parallel_cos, 0.99);
+  EXPECT_EQ(options.paper.translation.histogram.facing, HistogramOptions::Facing::Either);
+  EXPECT_EQ(options.paper.translation.histogram.clip, HistogramOptions::Clip::UniformMean);
+  EXPECT_EQ(options.paper.translation.histogram.clip_factor, 3);
+  EXPECT_EQ(options.paper.translation.correlation.envelope_half_window, 10);
+  EXPECT_EQ(options.paper.translation.correlation.max_peaks, 1);
+  EXPECT_FALSE(options.paper.translation.correlation.sub_bin);
+  EXPECT_FALSE(options.paper.lcp.kernel_sum);
+  EXPECT_EQ(options.paper.lcp.fine_factor, 100);
+  EXPECT_EQ(options.paper.lcp.fine_smoothing, 0.01);
+  EXPECT_EQ(options.paper.lcp.fine_range_bins, 1.5);
 }
 
 TEST(Options, MoreThreadsThanASystemStartsAreRefused)
@@ -143,35 +143,50 @@ TEST(Options, RealNumbersOutOfRangeAreNamed)
       {"patches.thickness", PCL_SSFR_SET(patches.thickness), {-1, kNan}, {0, 0.1}},
       {"patches.range_noise", PCL_SSFR_SET(patches.range_noise), {-1, kNan}, {0, 0.1}},
       {"patches.max_flatness", PCL_SSFR_SET(patches.max_flatness), {0, 1, kNan}, {0.01, 0.99}},
-      {"normals.pre_leaf", PCL_SSFR_SET(normals.pre_leaf), {-1, kNan}, {0, 1}},
-      {"normals.radius", PCL_SSFR_SET(normals.radius), {-1, kNan}, {0, 1}},
-      {"normals.leaf", PCL_SSFR_SET(normals.leaf), {-1, kNan}, {0, 1}},
-      {"normals.max_range", PCL_SSFR_SET(normals.max_range), {-1, kNan}, {0, 1}},
-      {"density.radius", PCL_SSFR_SET(density.radius), {0, 1.1, kNan}, {0.001, 1}},
-      {"density.silence_chord", PCL_SSFR_SET(density.silence_chord), {0, 2.1, kNan}, {0.001, 2}},
-      {"density.min_relative_density", PCL_SSFR_SET(density.min_relative_density), {-0.1, 1.1, kNan}, {0, 1}},
-      {"density.max_elongation", PCL_SSFR_SET(density.max_elongation), {0, kNan, kInfinity}, {1}},
-      {"density.max_elongated_chord", PCL_SSFR_SET(density.max_elongated_chord), {-1, kNan}, {0}},
-      {"mean_shift.bandwidth", PCL_SSFR_SET(mean_shift.bandwidth), {0, 2.1, kNan}, {0.001, 2}},
-      {"mean_shift.tolerance", PCL_SSFR_SET(mean_shift.tolerance), {0, -1, kNan}, {1e-12}},
-      {"mean_shift.merge_chord", PCL_SSFR_SET(mean_shift.merge_chord), {-0.1, 2, kNan}, {0, 1.9}},
-      {"rotation.max_abs_cos", PCL_SSFR_SET(rotation.max_abs_cos), {0, 1, kNan}, {0.5}},
-      {"rotation.angle_tolerance", PCL_SSFR_SET(rotation.angle_tolerance), {0, 1.58, kNan}, {0.001, 1.57}},
-      {"rotation.merge_angle", PCL_SSFR_SET(rotation.merge_angle), {-0.1, 3.2, kNan}, {0, 3.1}},
-      {"rotation.refit_angle", PCL_SSFR_SET(rotation.refit_angle), {0, 3.2, kNan}, {0.1}},
-      {"translation.max_abs_cos", PCL_SSFR_SET(translation.max_abs_cos), {0, 1, kNan}, {0.5}},
-      {"translation.min_triple_product", PCL_SSFR_SET(translation.min_triple_product), {-0.1, 1, kNan}, {0}},
-      {"translation.cross_angle", PCL_SSFR_SET(translation.cross_angle), {0, 3.2, kNan}, {1}},
-      {"translation.histogram.bin_width", PCL_SSFR_SET(translation.histogram.bin_width), {0, -1, kNan}, {0.1}},
-      {"translation.histogram.parallel_cos",
-       PCL_SSFR_SET(translation.histogram.parallel_cos),
+      {"paper.normals.pre_leaf", PCL_SSFR_SET(paper.normals.pre_leaf), {-1, kNan}, {0, 1}},
+      {"paper.normals.radius", PCL_SSFR_SET(paper.normals.radius), {-1, kNan}, {0, 1}},
+      {"paper.normals.leaf", PCL_SSFR_SET(paper.normals.leaf), {-1, kNan}, {0, 1}},
+      {"paper.normals.max_range", PCL_SSFR_SET(paper.normals.max_range), {-1, kNan}, {0, 1}},
+      {"paper.density.radius", PCL_SSFR_SET(paper.density.radius), {0, 1.1, kNan}, {0.001, 1}},
+      {"paper.density.silence_chord", PCL_SSFR_SET(paper.density.silence_chord), {0, 2.1, kNan}, {0.001, 2}},
+      {"paper.density.min_relative_density",
+       PCL_SSFR_SET(paper.density.min_relative_density),
+       {-0.1, 1.1, kNan},
+       {0, 1}},
+      {"paper.density.max_elongation", PCL_SSFR_SET(paper.density.max_elongation), {0, kNan, kInfinity}, {1}},
+      {"paper.density.max_elongated_chord", PCL_SSFR_SET(paper.density.max_elongated_chord), {-1, kNan}, {0}},
+      {"paper.mean_shift.bandwidth", PCL_SSFR_SET(paper.mean_shift.bandwidth), {0, 2.1, kNan}, {0.001, 2}},
+      {"paper.mean_shift.tolerance", PCL_SSFR_SET(paper.mean_shift.tolerance), {0, -1, kNan}, {1e-12}},
+      {"paper.mean_shift.merge_chord", PCL_SSFR_SET(paper.mean_shift.merge_chord), {-0.1, 2, kNan}, {0, 1.9}},
+      {"paper.rotation.max_abs_cos", PCL_SSFR_SET(paper.rotation.max_abs_cos), {0, 1, kNan}, {0.5}},
+      {"paper.rotation.angle_tolerance", PCL_SSFR_SET(paper.rotation.angle_tolerance), {0, 1.58, kNan}, {0.001, 1.57}},
+      {"paper.rotation.merge_angle", PCL_SSFR_SET(paper.rotation.merge_angle), {-0.1, 3.2, kNan}, {0, 3.1}},
+      {"paper.rotation.refit_angle", PCL_SSFR_SET(paper.rotation.refit_angle), {0, 3.2, kNan}, {0.1}},
+      {"paper.translation.max_abs_cos", PCL_SSFR_SET(paper.translation.max_abs_cos), {0, 1, kNan}, {0.5}},
+      {"paper.translation.min_triple_product",
+       PCL_SSFR_SET(paper.translation.min_triple_product),
+       {-0.1, 1, kNan},
+       {0}},
+      {"paper.translation.cross_angle", PCL_SSFR_SET(paper.translation.cross_angle), {0, 3.2, kNan}, {1}},
+      {"paper.translation.histogram.bin_width",
+       PCL_SSFR_SET(paper.translation.histogram.bin_width),
+       {0, -1, kNan},
+       {0.1}},
+      {"paper.translation.histogram.parallel_cos",
+       PCL_SSFR_SET(paper.translation.histogram.parallel_cos),
        {0, 1.1, kNan},
        {0.1, 1}},
-      {"translation.histogram.clip_factor", PCL_SSFR_SET(translation.histogram.clip_factor), {0, kNan}, {1}},
-      {"translation.correlation.min_separation", PCL_SSFR_SET(translation.correlation.min_separation), {-1, kNan}, {0}},
-      {"lcp.leaf", PCL_SSFR_SET(lcp.leaf), {-1, kNan}, {0, 1}},
-      {"lcp.fine_smoothing", PCL_SSFR_SET(lcp.fine_smoothing), {-1, kNan}, {0, 1}},
-      {"lcp.fine_range_bins", PCL_SSFR_SET(lcp.fine_range_bins), {0, -1, kNan}, {0.5}},
+      {"paper.translation.histogram.clip_factor",
+       PCL_SSFR_SET(paper.translation.histogram.clip_factor),
+       {0, kNan},
+       {1}},
+      {"paper.translation.correlation.min_separation",
+       PCL_SSFR_SET(paper.translation.correlation.min_separation),
+       {-1, kNan},
+       {0}},
+      {"paper.lcp.leaf", PCL_SSFR_SET(paper.lcp.leaf), {-1, kNan}, {0, 1}},
+      {"paper.lcp.fine_smoothing", PCL_SSFR_SET(paper.lcp.fine_smoothing), {-1, kNan}, {0, 1}},
+      {"paper.lcp.fine_range_bins", PCL_SSFR_SET(paper.lcp.fine_range_bins), {0, -1, kNan}, {0.5}},
   });
 }
 
@@ -183,18 +198,103 @@ TEST(Options, WholeNumbersOutOfRangeAreNamed)
       {"patches.finest_level", PCL_SSFR_SET(patches.finest_level), {-1, 20}, {0}},
       {"patches.coarsest_level", PCL_SSFR_SET(patches.coarsest_level), {2, 20}, {3, 19}}, // finest level is 3
       {"patches.min_points", PCL_SSFR_SET(patches.min_points), {2}, {3}},
-      {"density.max_regions", PCL_SSFR_SET(density.max_regions), {0}, {1}},
-      {"density.max_queries", PCL_SSFR_SET(density.max_queries), {-1}, {0, 1}},
-      {"density.max_region_points", PCL_SSFR_SET(density.max_region_points), {0}, {1}},
-      {"mean_shift.max_iterations", PCL_SSFR_SET(mean_shift.max_iterations), {0}, {1}},
-      {"translation.histogram.max_bins", PCL_SSFR_SET(translation.histogram.max_bins), {0, -3}, {1}},
-      {"translation.correlation.envelope_half_window",
-       PCL_SSFR_SET(translation.correlation.envelope_half_window),
+      {"paper.density.max_regions", PCL_SSFR_SET(paper.density.max_regions), {0}, {1}},
+      {"paper.density.max_queries", PCL_SSFR_SET(paper.density.max_queries), {-1}, {0, 1}},
+      {"paper.density.max_region_points", PCL_SSFR_SET(paper.density.max_region_points), {0}, {1}},
+      {"paper.mean_shift.max_iterations", PCL_SSFR_SET(paper.mean_shift.max_iterations), {0}, {1}},
+      {"paper.translation.histogram.max_bins", PCL_SSFR_SET(paper.translation.histogram.max_bins), {0, -3}, {1}},
+      {"paper.translation.correlation.envelope_half_window",
+       PCL_SSFR_SET(paper.translation.correlation.envelope_half_window),
        {-1},
        {0}},
-      {"translation.correlation.max_peaks", PCL_SSFR_SET(translation.correlation.max_peaks), {0}, {1}},
-      {"lcp.fine_factor", PCL_SSFR_SET(lcp.fine_factor), {-1}, {0}},
+      {"paper.translation.correlation.max_peaks", PCL_SSFR_SET(paper.translation.correlation.max_peaks), {0}, {1}},
+      {"paper.lcp.fine_factor", PCL_SSFR_SET(paper.lcp.fine_factor), {-1}, {0}},
   });
+}
+
+/// A change of one option, by name.
+struct Change {
+  const char* name;
+  std::function<void(Options&)> make;
+};
+
+#define PCL_SSFR_CHANGE(field, value)                                                                                  \
+  {                                                                                                                    \
+#field, [](Options & options) { options.field = value; }                                                           \
+  }
+
+TEST(SamePreparation, EveryOptionThatThePreparationReadsCounts)
+{
+  const std::vector<Change> both = {
+      PCL_SSFR_CHANGE(viewpoint_mode, ViewpointMode::Unknown),
+      PCL_SSFR_CHANGE(normal_radius, 0.2),
+      PCL_SSFR_CHANGE(density_radius, 0.05),
+      PCL_SSFR_CHANGE(leaf, 0.1),
+  };
+  const std::vector<Change> patches = {
+      PCL_SSFR_CHANGE(patches.thickness, 0.02),
+      PCL_SSFR_CHANGE(patches.range_noise, 0.002),
+      PCL_SSFR_CHANGE(patches.max_flatness, 0.2),
+      PCL_SSFR_CHANGE(patches.finest_level, 2),
+      PCL_SSFR_CHANGE(patches.coarsest_level, 5),
+      PCL_SSFR_CHANGE(patches.min_points, 6),
+  };
+  const std::vector<Change> paper = {
+      PCL_SSFR_CHANGE(paper.normals.pre_leaf, 0.02),
+      PCL_SSFR_CHANGE(paper.normals.radius, 0.2),
+      PCL_SSFR_CHANGE(paper.normals.leaf, 0.05),
+      PCL_SSFR_CHANGE(paper.normals.max_range, 30),
+      PCL_SSFR_CHANGE(paper.normals.away_from_viewpoint, true),
+      PCL_SSFR_CHANGE(paper.normals.use_given_normals, false),
+      PCL_SSFR_CHANGE(paper.density.radius, 0.05),
+      PCL_SSFR_CHANGE(paper.density.kernel, DensityOptions::Kernel::Gaussian),
+      PCL_SSFR_CHANGE(paper.density.max_regions, 5),
+      PCL_SSFR_CHANGE(paper.density.silence_chord, 0.2),
+      PCL_SSFR_CHANGE(paper.density.min_relative_density, 0.1),
+      PCL_SSFR_CHANGE(paper.density.reject_elongated, true),
+      PCL_SSFR_CHANGE(paper.density.max_elongation, 2),
+      PCL_SSFR_CHANGE(paper.density.max_elongated_chord, 0.2),
+      PCL_SSFR_CHANGE(paper.density.max_region_points, 2000),
+      PCL_SSFR_CHANGE(paper.density.max_queries, 100),
+      PCL_SSFR_CHANGE(paper.mean_shift.bandwidth, 0.2),
+      PCL_SSFR_CHANGE(paper.mean_shift.tolerance, 1e-6),
+      PCL_SSFR_CHANGE(paper.mean_shift.max_iterations, 100),
+      PCL_SSFR_CHANGE(paper.mean_shift.merge_chord, 0.4),
+      PCL_SSFR_CHANGE(paper.lcp.leaf, 0.3),
+  };
+  const std::vector<Change> search = {
+      PCL_SSFR_CHANGE(threads, 4),
+      PCL_SSFR_CHANGE(bin_width, 0.1),
+      PCL_SSFR_CHANGE(gravity, GravityPrior()),
+      PCL_SSFR_CHANGE(guess_tolerance, GuessTolerance()),
+      PCL_SSFR_CHANGE(time_limit, 3),
+      PCL_SSFR_CHANGE(refine, false),
+      PCL_SSFR_CHANGE(max_refinement_steps, 3),
+      PCL_SSFR_CHANGE(overlap_radius, 0.3),
+      PCL_SSFR_CHANGE(max_candidates, 3),
+      PCL_SSFR_CHANGE(min_confidence, 0.3),
+      PCL_SSFR_CHANGE(paper.rotation.angle_tolerance, 0.1),
+      PCL_SSFR_CHANGE(paper.translation.histogram.bin_width, 0.1),
+      PCL_SSFR_CHANGE(paper.lcp.kernel_sum, true),
+  };
+  EXPECT_FALSE(haveSamePreparation(makeOptions(Profile::Default), makeOptions(Profile::Paper2017)));
+  for (const Profile profile : {Profile::Default, Profile::Paper2017}) {
+    const Options options = makeOptions(profile);
+    EXPECT_TRUE(haveSamePreparation(options, options));
+    const auto check_all = [&](const std::vector<Change>& changes, bool same) {
+      for (const Change& change : changes) {
+        Options changed = options;
+        change.make(changed);
+        EXPECT_EQ(haveSamePreparation(options, changed), same) << change.name;
+        EXPECT_EQ(haveSamePreparation(changed, options), same) << change.name;
+        EXPECT_TRUE(haveSamePreparation(changed, changed)) << change.name;
+      }
+    };
+    check_all(both, false);
+    check_all(patches, profile == Profile::Paper2017);
+    check_all(paper, profile == Profile::Default);
+    check_all(search, true);
+  }
 }
 
 TEST(Options, GravityMustBeUnitVectors)

@@ -1042,6 +1042,30 @@ TEST_F(StructuredScene, ProfileKeepsWhatWasSetByName)
   EXPECT_TRUE(registration_.getOptions().refine);
 }
 
+TEST_F(StructuredScene, ProfileKeepsWhatWasSetOfTheSearch)
+{
+  registration_.setGuessTolerance(0.2, 3);
+  Options options = registration_.getOptions();
+  options.min_confidence = 0.9;
+  options.max_candidates = 4;
+  options.leaf = 0.04;
+  registration_.setOptions(options);
+  registration_.setMaximumIterations(12);
+  registration_.setMaxCorrespondenceDistance(0.3);
+  for (const Profile profile : {Profile::Paper2017, Profile::Default}) {
+    registration_.setProfile(profile);
+    const Options kept = registration_.getOptions();
+    ASSERT_TRUE(kept.guess_tolerance);
+    EXPECT_EQ(kept.guess_tolerance->rotation, 0.2);
+    EXPECT_EQ(kept.guess_tolerance->translation, 3);
+    EXPECT_EQ(kept.min_confidence, 0.9);
+    EXPECT_EQ(kept.max_candidates, 4);
+    EXPECT_EQ(kept.leaf, 0.04);
+    EXPECT_EQ(kept.max_refinement_steps, 12);
+    EXPECT_EQ(kept.overlap_radius, 0.3);
+  }
+}
+
 TEST_F(StructuredScene, OptionsAndInheritedSettersAreOne)
 {
   Options options = registration_.getOptions();

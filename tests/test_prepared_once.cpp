@@ -12,6 +12,7 @@
 #include <gtest/gtest.h>
 
 #include <cstddef>
+#include <functional>
 #include <set>
 #include <string>
 #include <utility>
@@ -92,31 +93,106 @@ TEST(PreparedOnce, TenSourcesOntoOneTarget)
   EXPECT_EQ(sources.size(), kPartners);
 }
 
-TEST(PreparedOnce, SettingsOfTheSearchKeepWhatIsPrepared)
+/// One registration of the room, and when its scans are prepared.
+class PreparedOnceSettings : public ::testing::Test {
+protected:
+  void
+  SetUp() override
+  {
+    registration_.setInputSource(pair_.source);
+    registration_.setInputTarget(pair_.target);
+    source_ = target_ = {};
+    align();
+  }
+
+  /// Align and report which scans were prepared anew for it: "", "source", "target" or "source target".
+  std::string
+  align(const Eigen::Matrix4f& guess = Eigen::Matrix4f::Identity())
+  {
+    registration_.align(output_, guess);
+    const std::vector<double> source = preparationOf(registration_.getResult(), "source");
+    const std::vector<double> target = preparationOf(registration_.getResult(), "target");
+    EXPECT_FALSE(source.empty() || target.empty()) << registration_.getResult().message;
+    std::string anew;
+    if (source != source_)
+      anew = "source";
+    if (target != target_)
+      anew += anew.empty() ? "target" : " target";
+    source_ = source;
+    target_ = target;
+    return anew;
+  }
+
+  /// setOptions() with one field changed.
+  template <typename Change>
+  void
+  change(const Change& change)
+  {
+    Options options = registration_.getOptions();
+    change(options);
+    registration_.setOptions(options);
+  }
+
+  const ScanPair<pcl::PointXYZ> pair_ = makeRoomPair<pcl::PointXYZ>(false);
+  Registration registration_;
+  std::vector<double> source_, target_; ///< times of the preparation that the last result came from
+  Cloud output_;
+};
+
+TEST_F(PreparedOnceSettings, ThoseOfTheSearchKeepBothScans)
 {
-  const ScanPair<pcl::PointXYZ> pair = makeRoomPair<pcl::PointXYZ>(false);
-  Registration registration;
-  registration.setInputSource(pair.source);
-  registration.setInputTarget(pair.target);
-  std::set<std::vector<double>> sources, targets;
-  Cloud output;
-  const auto align = [&] {
-    registration.align(output);
-    ASSERT_TRUE(registration.hasConverged()) << registration.getResult().message;
-    sources.insert(preparationOf(registration.getResult(), "source"));
-    targets.insert(preparationOf(registration.getResult(), "target"));
+  const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
+  const std::vector<std::pair<const char*, std::function<void()>>> settings = {
+      {"setTimeLimit", [&] { registration_.setTimeLimit(100); }},
+      {"setNumberOfThreads", [&] { registration_.setNumberOfThreads(2); }},
+      {"setBinWidth", [&] { registration_.setBinWidth(0.05); }},
+      {"setGravity", [&] { registration_.setGravity(up, up, 0.5); }},
+      {"clearGravity", [&] { registration_.clearGravity(); }},
+      {"setGuessTolerance", [&] { registration_.setGuessTolerance(3, 9); }},
+      {"clearGuessTolerance", [&] { registration_.clearGuessTolerance(); }},
+      {"setRefinement", [&] { registration_.setRefinement(false); }},
+      {"setMaximumIterations", [&] { registration_.setMaximumIterations(5); }},
+      {"setMaxCorrespondenceDistance", [&] { registration_.setMaxCorrespondenceDistance(0.2); }},
+      {"setOptions", [&] { registration_.setOptions(registration_.getOptions()); }},
+      {"min_confidence", [&] { change([](Options& options) { options.min_confidence = 0.6; }); }},
+      {"max_candidates", [&] { change([](Options& options) { options.max_candidates = 3; }); }},
+      {"setProfile, there and back",
+       [&] {
+         registration_.setProfile(Profile::Paper2017);
+         registration_.setProfile(Profile::Default);
+       }},
   };
-  align();
-  registration.setTimeLimit(100);
-  align();
-  registration.setNumberOfThreads(2);
-  align();
+  for (const auto& [name, set] : settings) {
+    set();
+    EXPECT_EQ(align(), "") << name;
+  }
   // The guess is an argument of align().
-  registration.align(output, pair.T_target_source.matrix().cast<float>());
-  sources.insert(preparationOf(registration.getResult(), "source"));
-  targets.insert(preparationOf(registration.getResult(), "target"));
-  EXPECT_EQ(sources.size(), 1u);
-  EXPECT_EQ(targets.size(), 1u);
+  EXPECT_EQ(align(pair_.T_target_source.matrix().cast<float>()), "");
+}
+
+TEST_F(PreparedOnceSettings, ThoseOfThePreparationAreSeen)
+{
+  const std::vector<std::pair<const char*, std::function<void()>>> settings = {
+      {"setNormalRadius", [&] { registration_.setNormalRadius(0.2); }},
+      {"setDensityRadius", [&] { registration_.setDensityRadius(0.05); }},
+      {"setViewpointMode", [&] { registration_.setViewpointMode(ViewpointMode::SensorOrigin); }},
+      {"leaf", [&] { change([](Options& options) { options.leaf = 0.06; }); }},
+      {"patches", [&] { change([](Options& options) { options.patches.min_points = 6; }); }},
+  };
+  for (const auto& [name, set] : settings) {
+    set();
+    EXPECT_EQ(align(), "source target") << name;
+    EXPECT_EQ(align(), "") << name << ", again";
+  }
+  registration_.setSourceViewpoint(Eigen::Vector3d(0, 0, 0.01));
+  EXPECT_EQ(align(), "source");
+  registration_.setTargetViewpoint(Eigen::Vector3d(0, 0, 0.01));
+  EXPECT_EQ(align(), "target");
+  registration_.setSourceViewpoint(Eigen::Vector3d::Zero());
+  registration_.clearViewpoints();
+  EXPECT_EQ(align(), "source target");
+  registration_.clearViewpoints();
+  EXPECT_EQ(align(), "");
 }
 
 } // namespace

@@ -48,7 +48,7 @@ makeSuper4pcs(const MethodInput& input)
   auto method = makeBaseline<baselines::Super4PCS<MethodPoint, MethodPoint>>(input);
   method->setLeafSize(kNoThinning * input.scales.leaf);
   method->setOverlap(input.rule.expected_overlap);
-  method->setTimeLimit(input.rule.max_seconds, baselines::TimeLimitClock::Processor);
+  method->setTimeLimit(input.rule.max_seconds, TimeLimitClock::Processor);
   method->setSeed(input.seed);
   return method;
 }
@@ -60,7 +60,7 @@ makeGoIcp(const MethodInput& input)
   method->setSourcePoints(static_cast<int>(input.rule.go_icp_points));
   method->setTrimFraction(input.rule.go_icp_trim);
   method->setMseThreshold(input.rule.go_icp_tolerance);
-  method->setTimeLimit(input.rule.max_seconds, baselines::TimeLimitClock::Processor);
+  method->setTimeLimit(input.rule.max_seconds, TimeLimitClock::Processor);
   return method;
 }
 

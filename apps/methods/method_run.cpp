@@ -322,6 +322,7 @@ runMethod(const std::string& name,
     const auto start = std::chrono::steady_clock::now();
     run.result = runSsfr(source, target, options, guess);
     run.seconds = secondsSince(start);
+    run.judged = options.profile != Profile::Paper2017;
   }
   else if (method->kind == MethodKind::SsfrRefined) {
     run.result = runSsfrRefined(*method, source, target, options, settings, guess, run.seconds);

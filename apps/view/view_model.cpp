@@ -35,17 +35,6 @@ freeSpace(const PatchScan& scan)
   return scan.range_image.empty() ? nullptr : &scan.range_image;
 }
 
-/// The paper's stages with the scales that the user set.
-Options
-paperOptions(Options options)
-{
-  if (options.density_radius > 0)
-    options.density.radius = options.density_radius;
-  if (options.bin_width > 0)
-    options.translation.histogram.bin_width = options.bin_width;
-  return options;
-}
-
 /// The rotation of a list that is nearest to \p R, or its end.
 std::vector<RotationCandidate>::const_iterator
 nearestRotation(const std::vector<RotationCandidate>& rotations, const Eigen::Matrix3d& R)
@@ -80,10 +69,8 @@ ViewModel::ViewModel(ViewRun run, std::size_t candidate) : run_(std::move(run))
     options_.viewpoint_mode = used.viewpoint_mode;
     options_.threads = used.threads;
     options_.gravity = used.gravity;
-    const bool oriented =
-        used.viewpoint_mode == ViewpointMode::Auto || used.viewpoint_mode == ViewpointMode::SensorOrigin;
-    paper_source_ = preparePaperScan(viewOf(run_.source), used, oriented);
-    paper_target_ = preparePaperScan(viewOf(run_.target), used, oriented);
+    paper_source_ = preparePaperScan(viewOf(run_.source), used);
+    paper_target_ = preparePaperScan(viewOf(run_.target), used);
   }
   source_ = preparePatchScan(viewOf(run_.source), options_);
   target_ = preparePatchScan(viewOf(run_.target), options_);
@@ -188,7 +175,7 @@ ViewModel::sphere(bool of_source) const
   SphereView view;
   if (isPaperProfile()) {
     const PaperScan& scan = of_source ? *paper_source_ : *paper_target_;
-    const DensityOptions density = paperOptions(run_.report.options).density;
+    const DensityOptions density = paperStages(run_.report.options).density;
     view.directions = makeGaussianSphere(scan.normals.samples);
     view.regions = findDensestRegions(view.directions, computeDensity(view.directions, density), density);
     view.main_normals = scan.main_normals;
@@ -228,7 +215,7 @@ ViewModel::patchAxes(const Eigen::Matrix3d& R) const
 std::array<AxisView, 3>
 ViewModel::paperAxes(const Eigen::Matrix3d& R) const
 {
-  const Options options = paperOptions(run_.report.options);
+  const PaperOptions options = paperStages(run_.report.options);
   const OrientedSamples& target = paper_target_->normals.samples;
   TranslationOptions stage = options.translation;
   stage.histogram.bin_width = boundBinWidth(
@@ -503,7 +490,7 @@ ViewModel::findPatchLoss() const
 std::vector<LossStep>
 ViewModel::findPaperLoss() const
 {
-  const Options options = paperOptions(run_.report.options);
+  const PaperOptions options = paperStages(run_.report.options);
   std::vector<LossStep> steps;
   const std::vector<RotationCandidate> rotations =
       proposeRotations(paper_source_->main_normals, paper_target_->main_normals, options.rotation);

@@ -4,8 +4,15 @@
 #pragma once
 
 #include <chrono>
+#include <ctime>
 
 namespace pcl_ssfr {
+
+/// What a time limit counts.
+enum class TimeLimitClock {
+  Wall,     ///< time that passes
+  Processor ///< processor time of the whole process, all threads: does not depend on what else runs on the machine
+};
 
 /** \brief Point in time at which work must stop: never, or some seconds after it was made.
  *
@@ -14,7 +21,7 @@ namespace pcl_ssfr {
  */
 class Deadline {
 public:
-  /// The clock that counts: it never goes backwards.
+  /// The clock of TimeLimitClock::Wall: it never goes backwards.
   using Clock = std::chrono::steady_clock;
 
   /// A deadline that never passes.
@@ -22,16 +29,19 @@ public:
 
   /** \brief A deadline some time from now.
    * \param[in] seconds [s]; 0 (an option of 0 means no limit), negative, NaN or beyond a year: it never passes
+   * \param[in] clock what counts
    */
   static Deadline
-  after(double seconds)
+  after(double seconds, TimeLimitClock clock = TimeLimitClock::Wall)
   {
     constexpr double kForever = 365.0 * 24 * 3600; // [s] beyond, the clock's count may overflow
     Deadline deadline;
     if (seconds > 0 && seconds < kForever) {
+      deadline.counts_ = clock;
       deadline.is_set_ = true;
       deadline.end_ =
           Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
+      deadline.processor_end_ = processorTime() + seconds;
     }
     return deadline;
   }
@@ -40,12 +50,23 @@ public:
   bool
   hasPassed() const
   {
-    return is_set_ && Clock::now() >= end_;
+    if (!is_set_)
+      return false;
+    return counts_ == TimeLimitClock::Wall ? Clock::now() >= end_ : processorTime() >= processor_end_;
   }
 
 private:
+  /// Of the whole process [s].
+  static double
+  processorTime()
+  {
+    return static_cast<double>(std::clock()) / static_cast<double>(CLOCKS_PER_SEC);
+  }
+
   bool is_set_ = false;
+  TimeLimitClock counts_ = TimeLimitClock::Wall;
   Clock::time_point end_;
+  double processor_end_ = 0; ///< of the processor time [s]
 };
 
 } // namespace pcl_ssfr

@@ -52,45 +52,47 @@ struct PatchOptions {
   int min_points = 5;         ///< fewest thinned points of a patch, >= 3
 };
 
-/** \brief Everything that can be set. The defaults need no change: a scale of 0 follows from the data.
- *
- * Build one by makeOptions(profile); change fields; the registration validates them.
- */
-struct Options {
+/// What the preparation of a scan reads. A prepared scan holds for these, whatever the search is asked for.
+struct PreparationOptions {
   Profile profile = Profile::Default;                 ///< which method
   ViewpointMode viewpoint_mode = ViewpointMode::Auto; ///< where the sensors are
+  double normal_radius = 0;                           ///< r of the paper [m], 0 or > 0; 0: from the data
+  double density_radius = 0; ///< r_d of the paper, chord on the unit sphere, (0, 1]; 0: the profile's
+  double leaf = 0;           ///< spacing that the clouds are thinned to [m], 0 or > 0; 0: from the data
+};
 
-  // The three parameters of the paper; 0: from the data.
-  double normal_radius = 0;  ///< r [m], 0 or > 0
-  double density_radius = 0; ///< r_d, chord on the unit sphere, 0 or (0, 1]
-  double bin_width = 0;      ///< [m], 0 or > 0
-  double leaf = 0;           ///< spacing that the clouds are thinned to [m], 0: from the data
-
-  bool refine = true;            ///< polish the answer by robust point-to-plane steps; not read by Paper2017
-  int max_refinement_steps = 30; ///< bound on the steps of the final polish, >= 1; not read by Paper2017
-  double overlap_radius = 0; ///< surfaces match nearer than this [m], at most twice the usual; 0: from the data; not
-                             ///< read by Paper2017
-  double time_limit = 0;     ///< of registerScans() without a deadline, or of the PCL class' align() [s]; 0: none
-  unsigned threads = 1;      ///< 0: all processors, at most kMaxThreads; the result never depends on it
+/// What the search for the pose reads, and the decision on what it finds.
+struct SearchOptions {
+  double bin_width = 0; ///< of the histograms of translations, the third parameter of the paper [m]; 0: from the data
   /// Only poses that keep it are considered; the noise of scans may take a pose 0.01 rad beyond its tolerance.
   std::optional<GravityPrior> gravity;
   /// Of the guess, when there is one: only poses within it are considered, rotations up to 0.01 rad beyond it. None:
   /// the guess is one candidate among all. Not read by Paper2017.
   std::optional<GuessTolerance> guess_tolerance;
+  double time_limit = 0;         ///< of registerScans() without a deadline, or of the PCL class' align() [s]; 0: none
+  bool refine = true;            ///< polish the answer by robust point-to-plane steps; not read by Paper2017
+  int max_refinement_steps = 30; ///< bound on the steps of the final polish, >= 1; not read by Paper2017
+  double overlap_radius = 0;   ///< surfaces match nearer than this [m], at most twice the usual; 0: from the data; not
+                               ///< read by Paper2017
   int max_candidates = 10;     ///< distinct poses listed in the result, >= 1
   double min_confidence = 0.7; ///< accept an answer from this confidence on, [0, 1]; not read by Paper2017
-
-  // Stages. Profile::Default reads only patches, and has the other stages' constants of its own; Profile::Paper2017
-  // reads all but patches. The scales above, when they are set, go before the stages' own.
-  PatchOptions patches;           ///< planar patches; Profile::Default only
-  PatchProfileConfig patch_profile; ///< tuned numbers of Profile::Default
-  NormalOptions normals;          ///< normals
-  DensityOptions density;         ///< densest regions of the Gaussian sphere
-  MeanShiftOptions mean_shift;    ///< main normals
-  RotationOptions rotation;       ///< candidate rotations
-  TranslationOptions translation; ///< translations
-  LcpOptions lcp;                 ///< selection and fine pass
 };
+
+/** \brief Everything that can be set. The defaults need no change: a scale of 0 follows from the data.
+ *
+ * Build one by makeOptions(profile); change fields; the registration validates them. The two groups are bases, so that
+ * a field is set by its name alone (`options.leaf = 0.1`) while a function says by its parameter which group it reads.
+ */
+struct Options : PreparationOptions, SearchOptions {
+  unsigned threads = 1;             ///< 0: all processors, at most kMaxThreads; the result never depends on it
+  PatchOptions patches;             ///< planar patches; Profile::Default only
+  PatchProfileConfig patch_profile; ///< tuned numbers of Profile::Default
+  PaperOptions paper; ///< stages of Profile::Paper2017; the scales above, where they are set, go before its own
+};
+
+/// Whether scans prepared with \p a are what \p b asks for: all that the preparation reads is equal.
+PCL_SSFR_EXPORT bool
+haveSamePreparation(const Options& a, const Options& b);
 
 /// More threads than this are an error: a system that refuses to start them would end the process.
 constexpr unsigned kMaxThreads = 1024;
@@ -107,6 +109,10 @@ threadCount(const Options& options);
 /// The options of a profile.
 PCL_SSFR_EXPORT Options
 makeOptions(Profile profile);
+
+/// Profile::Paper2017 with the constants of the implementation of 2019, where the two differ (METHOD, second table).
+PCL_SSFR_EXPORT Options
+makePaper2019Options();
 
 /** \brief Check every option.
  * \throw std::invalid_argument with the text "name = value, must ..." for the first that is out of range.

@@ -111,4 +111,14 @@ struct LcpOptions {
   double fine_range_bins = 1.5; ///< shifts are searched within so many coarse bins
 };
 
+/// All stages of the method as published.
+struct PaperOptions {
+  NormalOptions normals;          ///< normals
+  DensityOptions density;         ///< densest regions of the Gaussian sphere
+  MeanShiftOptions mean_shift;    ///< main normals
+  RotationOptions rotation;       ///< candidate rotations
+  TranslationOptions translation; ///< translations
+  LcpOptions lcp;                 ///< selection and fine pass
+};
+
 } // namespace pcl_ssfr

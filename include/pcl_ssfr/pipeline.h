@@ -12,9 +12,9 @@ namespace pcl_ssfr {
  *
  * Same input, same bits, for any number of threads. Data never throw: Result::status says what happened. When
  * Options::time_limit seconds are over, the status is Status::TimeLimit, and Result holds the best poses so far: the
- * evidence against them is not complete, nor are they exact. (Profile::Paper2017 judges what it has.)
- * \param[in] source,target prepared with the same options
- * \param[in] options those that the scans were prepared with
+ * evidence against them is not complete, nor are they exact. (Profile::Paper2017 ranks what it has.)
+ * \param[in] source,target prepared with the same profile, or the status is Status::InvalidInput
+ * \param[in] options those that the scans were prepared with (PreparedScan::isPreparedWith()); SearchOptions may differ
  * \param[in] guess optional: refined and judged as one more candidate; never needed, never degrades the answer
  * \return all that was found; the pose may be used only when Result::accepted()
  * \throw std::invalid_argument when \p options are out of range

@@ -16,7 +16,7 @@ namespace pcl_ssfr {
 
 struct PreparedData; // what the stages need of one scan; internal to the core
 
-/** \brief One scan made ready for registration: samples, main normals, lookup index, range image.
+/** \brief One scan made ready for registration: samples, main normals, and what the search looks up.
  *
  * A value: cheap to copy (shared, immutable), safe to use from many threads, reusable for any number of partners.
  */
@@ -36,6 +36,10 @@ public:
   /// False when it is empty, or when the deadline passed before it was ready: registerScans() then only reports that.
   bool
   isComplete() const;
+  /// Whether it is what prepareScan() would give with \p options, as long as the points have not changed; false when it
+  /// is empty.
+  bool
+  isPreparedWith(const Options& options) const;
   /// What the stages need; not for users. Must not be empty().
   const PreparedData&
   data() const

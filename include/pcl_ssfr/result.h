@@ -53,18 +53,18 @@ struct CandidateEvidence {
   double facing_score = 0; ///< as Candidate::score, of those patches alone that face their own sensor
   double unmatched = 0; ///< share of the surface that is in view of the other sensor but met nothing compatible, [0, 1]
   double third_direction =
-      0; ///< matched surface that faces the direction that least of it faces, share of all, [0, 1/3]
-  double patches = 0;        ///< of both scans, each weighted by the fourth root of its area [m^0.5]
+      0;              ///< matched surface that faces the direction that least of it faces, share of all, [0, 1/3]
+  double patches = 0; ///< of both scans, each weighted by the fourth root of its area [m^0.5]
   double facing_patches = 0; ///< of these, those that face their own sensor
 };
 
 /// A pose that was considered, with the evidence for and against it.
 struct Candidate {
   Eigen::Isometry3d T_target_source = Eigen::Isometry3d::Identity(); ///< maps source points into the target frame
-  double probability = 0;     ///< that this pose is the right one, [0, 1]; Profile::Default only
-  double score = 0;           ///< evidence for the pose less the evidence against it, comparable within one registration
-  double overlap = 0;         ///< share of the surface that met its counterpart, [0, 1]
-  double contradiction = 0;   ///< share of the surface that lies in the other sensor's free space, [0, 1]
+  double probability = 0;   ///< that this pose is the right one, [0, 1]; Profile::Default only
+  double score = 0;         ///< evidence for the pose less the evidence against it, comparable within one registration
+  double overlap = 0;       ///< share of the surface that met its counterpart, [0, 1]
+  double contradiction = 0; ///< share of the surface that lies in the other sensor's free space, [0, 1]
   CandidateEvidence evidence; ///< default profile only
   bool from_guess = false;    ///< the caller's initial guess (refined), not found by the method
 };
@@ -84,10 +84,12 @@ struct Result {
   Eigen::Isometry3d T_target_source = Eigen::Isometry3d::Identity(); ///< best pose; meaningful when accepted
   double overlap = 0;                                                ///< of the best pose, [0, 1]
   double contradiction = 0;                                          ///< of the best pose, [0, 1]
-  double confidence = 0; ///< estimated probability that the pose is right, [0, 1]
-  /// Probability that none of the candidates is right; with those of the candidates it sums to 1. Profile::Default only.
+  /// Estimated probability that the pose is right, [0, 1]. Profile::Paper2017 estimates none and leaves 0.
+  double confidence = 0;
+  /// Probability that none of the candidates is right; with those of the candidates it sums to 1. Profile::Default
+  /// only.
   double probability_of_none = 1;
-  double rmse = 0;       ///< root mean square point-to-plane distance over the inliers [m]
+  double rmse = 0; ///< root mean square point-to-plane distance over the inliers [m]
   /// Information matrix (inverse covariance) of the pose, order (rotation [rad], translation [m]): a small motion
   /// (w, v) applied on the left about the target's origin, T <- Exp(w, v) T. Zero when nothing was judged.
   Eigen::Matrix<double, 6, 6> information = Eigen::Matrix<double, 6, 6>::Zero();

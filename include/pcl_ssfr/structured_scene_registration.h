@@ -4,6 +4,7 @@
 #pragma once
 
 #include <pcl_ssfr/deadline.h>
+#include <pcl_ssfr/detail/registration_adaptor.h>
 #include <pcl_ssfr/export.h>
 #include <pcl_ssfr/options.h>
 #include <pcl_ssfr/pipeline.h>
@@ -44,9 +45,10 @@ namespace pcl_ssfr {
  * No parameter is required; every scale is derived from the clouds. Lengths are in metres, angles in radians.
  *
  * **Result.** hasConverged() is true only when a pose was accepted; getResult() gives the status and the reason, the
- * ranked candidates, the overlap, a confidence and what the scene does not determine. getFinalTransformation() maps the
- * original source onto the target, a guess included. Without an accepted pose it is the guess, as after a failed
- * pcl::IterativeClosestPoint, and the output is the source moved by it.
+ * ranked candidates, the overlap, a confidence and what the scene does not determine. getFinalTransformation() maps
+ * the original source onto the target, a guess included. Without an accepted pose it is the guess, as after a failed
+ * pcl::IterativeClosestPoint, and the output is the source moved by it. getFinalNumIteration() is the number of
+ * distinct poses that the search ended with, getResult().candidates.
  *
  * **Output.** The indexed points of the source in their order, moved; normals are rotated when the point type carries
  * them, every other field and the header are kept. Non-finite points stay where they are. `sensor_origin_` is copied
@@ -63,7 +65,8 @@ namespace pcl_ssfr {
  * setGuessTolerance() it is a prior instead.
  *
  * **Cached work.** The target and the source are prepared once and kept until their setter (or setIndices(), or the
- * setter of an option that matters) is called again. A cloud edited in place must therefore be set again.
+ * setter of a viewpoint) is called again, or align() finds another value of an option that the preparation reads
+ * (PreparationOptions, and the stages of the profile). A cloud edited in place must therefore be set again.
  *
  * **Work on demand.** The search tree of the target takes 1.7 times the memory of a cloud of pcl::PointXYZ, and the
  * registration has no use for it: it is built when getFitnessScore() or getCorrespondences() first asks it, from the
@@ -106,8 +109,11 @@ namespace pcl_ssfr {
  * \tparam Scalar float or double, of the matrices; the computation is in double for both
  */
 template <typename PointSource, typename PointTarget, typename Scalar = float>
-class PCL_SSFR_EXPORT StructuredSceneRegistration : public pcl::Registration<PointSource, PointTarget, Scalar> {
+class PCL_SSFR_EXPORT StructuredSceneRegistration
+    : public detail::RegistrationAdaptor<PointSource, PointTarget, Scalar> {
 public:
+  /// What it has in common with the other registration classes of this library.
+  using Adaptor = detail::RegistrationAdaptor<PointSource, PointTarget, Scalar>;
   /// The base class.
   using Base = pcl::Registration<PointSource, PointTarget, Scalar>;
   /// This class.
@@ -117,55 +123,18 @@ public:
   /// Shared pointer to a constant one.
   using ConstPtr = pcl::shared_ptr<const Self>;
 
-  using typename Base::Matrix4;
-  using typename Base::PointCloudSource;
-  using typename Base::PointCloudSourceConstPtr;
-  using typename Base::PointCloudSourcePtr;
-  using typename Base::PointCloudTarget;
-  using typename Base::PointCloudTargetConstPtr;
-  using typename Base::PointCloudTargetPtr;
-
-  using typename Base::PointIndicesConstPtr;
-  using typename Base::PointIndicesPtr;
+  using typename Adaptor::Matrix4;
+  using typename Adaptor::PointCloudSource;
+  using typename Adaptor::PointCloudSourceConstPtr;
+  using typename Adaptor::PointCloudSourcePtr;
+  using typename Adaptor::PointCloudTarget;
+  using typename Adaptor::PointCloudTargetConstPtr;
+  using typename Adaptor::PointCloudTargetPtr;
+  using typename Adaptor::PointIndicesConstPtr;
+  using typename Adaptor::PointIndicesPtr;
 
   StructuredSceneRegistration();
   ~StructuredSceneRegistration() override = default;
-
-  // As for pcl::IterativeClosestPoint: a copy would share the search tree of the base.
-  StructuredSceneRegistration(const StructuredSceneRegistration&) = delete;
-  StructuredSceneRegistration(StructuredSceneRegistration&&) = delete;
-  StructuredSceneRegistration&
-  operator=(const StructuredSceneRegistration&) = delete;
-  StructuredSceneRegistration&
-  operator=(StructuredSceneRegistration&&) = delete;
-
-  /** \brief Set the scan to move. Call it again after the cloud was edited in place.
-   *
-   * A null or empty cloud is refused with PCL_ERROR, and the previous one is kept. Indices set before that lie outside
-   * the new cloud are dropped with PCL_WARN.
-   */
-  void
-  setInputSource(const PointCloudSourceConstPtr& cloud) override;
-
-  /// Set the scan to register to; as setInputSource().
-  void
-  setInputTarget(const PointCloudTargetConstPtr& cloud) override;
-
-  /** \brief Register and return only these points of the source. Null: all points again.
-   *
-   * Indices outside the source are dropped with PCL_WARN (on a copy, the caller's list is not changed).
-   */
-  void
-  setIndices(const pcl::IndicesPtr& indices) override;
-  /// \overload
-  void
-  setIndices(const pcl::IndicesConstPtr& indices) override;
-  /// \overload
-  void
-  setIndices(const PointIndicesConstPtr& indices) override;
-  /// A rectangle of an organised source, which must have been set before.
-  void
-  setIndices(std::size_t row_start, std::size_t col_start, std::size_t nb_rows, std::size_t nb_cols) override;
 
   /// Radius of the neighbourhood that normals are estimated in [m]; 0 (default): from the data.
   void
@@ -176,10 +145,7 @@ public:
   /// Width of the bins of the translation histograms [m]; 0 (default): from the data.
   void
   setBinWidth(double width);
-  /** \brief Choose the method: Profile::Default, or the paper's as published.
-   *
-   * What was set by name on this object is kept, stage options changed by setOptions() are replaced.
-   */
+  /// Choose the method: Profile::Default, or the paper's as published. Every other option is kept.
   void
   setProfile(Profile profile);
   /// Number of threads; 0: all processors. The result does not depend on it.
@@ -211,7 +177,7 @@ public:
   /** \brief Say how exact the guess of align() is, which may then be the identity too: only poses within the tolerance
    * are considered, which is surer and faster.
    * \param[in] rotation largest angle between the rotations [rad], (0, pi]
-   * \param[in] translation largest distance between the places of the source's sensor [m], > 0
+   * \param[in] translation largest distance between the positions of the source's sensor [m], > 0
    */
   void
   setGuessTolerance(double rotation, double translation);
@@ -239,111 +205,70 @@ public:
   {
     return result_;
   }
-  /// Number of distinct poses that the last align() ended with, getResult().candidates.
-  int
-  getFinalNumIteration() const
-  {
-    return nr_iterations_;
-  }
-  /** \brief The inliers of the last accepted pose, in the order of the indexed points.
-   *
-   * `index_query` points into the source, `index_match` into the target, `distance` is *squared* [m^2]. Empty when
-   * nothing was accepted. They are looked for at the first call after align(), in the clouds as they are then.
-   */
-  pcl::CorrespondencesConstPtr
-  getCorrespondences() const;
 
 protected:
-  using Base::converged_;
-  using Base::corr_dist_threshold_;
-  using Base::correspondence_estimation_;
-  using Base::correspondence_rejectors_;
-  using Base::correspondences_;
-  using Base::euclidean_fitness_epsilon_;
-  using Base::fake_indices_;
-  using Base::final_transformation_;
-  using Base::getClassName;
-  using Base::indices_;
-  using Base::inlier_threshold_;
-  using Base::input_;
-  using Base::max_iterations_;
-  using Base::nr_iterations_;
-  using Base::previous_transformation_;
-  using Base::ransac_iterations_;
-  using Base::reg_name_;
-  using Base::target_;
-  using Base::target_cloud_updated_;
-  using Base::transformation_;
-  using Base::transformation_epsilon_;
-  using Base::transformation_estimation_;
-  using Base::transformation_rotation_epsilon_;
-  using Base::tree_;
-  using Base::tree_reciprocal_;
-  using Base::update_visualizer_;
+  using Adaptor::corr_dist_threshold_;
+  using Adaptor::fake_indices_;
+  using Adaptor::getClassName;
+  using Adaptor::indices_;
+  using Adaptor::input_;
+  using Adaptor::max_iterations_;
+  using Adaptor::target_;
 
-  /// Called by align() of the base once the clouds are known to be set; see the class description for what it leaves.
-  void
-  computeTransformation(PointCloudSource& output, const Matrix4& guess) override;
+  using typename Adaptor::Answer;
 
 private:
-  /// A setting of the base that has no effect here, one bit each in \ref warned_.
-  enum class Ignored : unsigned {
-    TransformationEpsilon = 1U << 0U,
-    RotationEpsilon = 1U << 1U,
-    FitnessEpsilon = 1U << 2U,
-    RansacIterations = 1U << 3U,
-    RansacThreshold = 1U << 4U,
-    TransformationEstimation = 1U << 5U,
-    CorrespondenceEstimation = 1U << 6U,
-    Rejectors = 1U << 7U,
-    SearchMethodSource = 1U << 8U,
-    CorrespondenceDistance = 1U << 9U, // not ignored as such, but not a distance
-  };
+  /// Prepare what is not cached, and register.
+  Answer
+  findPose(const std::optional<Eigen::Isometry3d>& guess) override;
+  void
+  reject(const std::string& problem) override;
+  void
+  clearResult() override
+  {
+    result_ = Result();
+  }
+  void
+  forgetSource() override
+  {
+    prepared_source_ = PreparedScan();
+  }
+  void
+  forgetTarget() override
+  {
+    prepared_target_ = PreparedScan();
+  }
+  bool
+  isIdentityAGuess() const override
+  {
+    return options_.guess_tolerance.has_value();
+  }
+  unsigned
+  threads() const override
+  {
+    return threadCount(options_);
+  }
 
-  /// Set \p candidate as the options when it is valid; the prepared scans are dropped when \p drops_prepared.
+  /// Set the options as \p change leaves a copy of them when that is valid; else report it for \p setter.
+  template <typename Change>
   void
-  tryOptions(const char* setter, const Options& candidate, bool drops_prepared);
+  changeOptions(const char* setter, const Change& change);
+  /// Set a viewpoint unless it is not finite; the scan is prepared anew then.
   void
-  dropPrepared();
-  /// Nothing was computed for the clouds as they are now.
+  setViewpoint(const char* setter,
+               const Eigen::Vector3d& position,
+               std::optional<Eigen::Vector3d>& viewpoint,
+               PreparedScan& prepared);
+  /// Fill what is not prepared, or with other options.
   void
-  resetResult();
-  /// Copy the indices without those outside the source.
-  void
-  cleanIndices(const char* setter);
-  /// Warn once of each inherited setting that was changed and has no effect.
-  void
-  warnOfIgnoredSettings();
-  void
-  warnOnce(Ignored setting, bool changed, const char* text);
-  /// Why \p output cannot be written without harm; empty when it can.
-  std::string
-  aliasingProblem(const PointCloudSource& output) const;
-  /// Prepare what is not cached, register, and store the answer in result_. Never throws.
-  void
-  runPipeline(const std::optional<Eigen::Isometry3d>& guess, const Options& options, const Deadline& deadline);
-  /// Fill correspondences_ with the indexed points that lie nearer to the target than the overlap radius under the pose
-  /// of result_.
-  void
-  findCorrespondences() const;
-  /// Call the visualiser with all points of the source moved, and the correspondences.
-  void
-  notifyVisualizer();
+  prepare(const Options& options, const Deadline& deadline);
 
   Options options_;
-  std::optional<bool> refine_; ///< set by setRefinement(), outlives setProfile()
   std::optional<Eigen::Vector3d> source_viewpoint_;
   std::optional<Eigen::Vector3d> target_viewpoint_;
-  PreparedScan prepared_source_;       ///< of (input_, indices_) as last announced; empty: to be made
-  PreparedScan prepared_target_;       ///< of target_ as last announced; empty: to be made
-  double prepared_overlap_radius_ = 0; ///< inherited settings that the prepared scans were made with
-  int prepared_refinement_steps_ = 0;
-  bool prepared_refine_ = false;
+  PreparedScan prepared_source_; ///< of (input_, indices_) as last announced; empty: to be made
+  PreparedScan prepared_target_; ///< of target_ as last announced; empty: to be made
   Result result_;
-  mutable bool correspondences_wanted_ = false;     ///< a pose was accepted, and nobody has asked for them yet
-  double correspondence_radius_ = 0;                ///< of them [m]; 0: from the data
-  unsigned warned_ = 0;                             ///< of Ignored: already reported
-  typename Base::KdTreeReciprocalPtr default_tree_; ///< the source's tree that the base made
 
 public:
   PCL_MAKE_ALIGNED_OPERATOR_NEW

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <string>
 
 namespace pcl_ssfr::baselines {
 
@@ -62,6 +63,30 @@ thinBaselineScan(const ScanView& scan, double leaf, unsigned threads)
       result.points.col(column++) = point.cast<double>() - result.origin;
   }
   return result;
+}
+
+std::optional<BaselinePair>
+thinPair(const ScanView& source,
+         const ScanView& target,
+         double leaf,
+         unsigned threads,
+         Eigen::Index min_points,
+         BaselineResult& result)
+{
+  result.leaf = leaf > 0 ? leaf : deriveLeaf(source, target, threads);
+  if (!(result.leaf > 0)) {
+    result.message = "a scan is empty or has no extent";
+    return std::nullopt;
+  }
+  BaselinePair pair{thinBaselineScan(source, result.leaf, threads), thinBaselineScan(target, result.leaf, threads)};
+  result.source_points = static_cast<std::size_t>(pair.source.points.cols());
+  result.target_points = static_cast<std::size_t>(pair.target.points.cols());
+  if (std::min(pair.source.points.cols(), pair.target.points.cols()) < min_points) {
+    result.message = "too few points: " + std::to_string(result.source_points) + " in the source, " +
+                     std::to_string(result.target_points) + " in the target";
+    return std::nullopt;
+  }
+  return pair;
 }
 
 Eigen::Isometry3d

@@ -5,10 +5,13 @@
 
 #include "common/types.h"
 
+#include <pcl_ssfr/baselines/baseline_result.h>
 #include <pcl_ssfr/scan_view.h>
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+
+#include <optional>
 
 // What every comparison method starts from: two scans thinned alike, each about its own origin.
 namespace pcl_ssfr::baselines {
@@ -29,9 +32,27 @@ struct BaselineScan {
 double
 deriveLeaf(const ScanView& source, const ScanView& target, unsigned threads);
 
-/// One averaged point a voxel of edge \p leaf [m]; all finite points as they are when leaf is 0.
+/// One averaged point per voxel of edge \p leaf [m]; all finite points as they are when leaf is 0.
 BaselineScan
 thinBaselineScan(const ScanView& scan, double leaf, unsigned threads);
+
+/// The two scans of a registration, thinned to the same leaf.
+struct BaselinePair {
+  BaselineScan source;
+  BaselineScan target;
+};
+
+/** \brief thinBaselineScan() for both, with \p leaf [m] or, when that is 0, what deriveLeaf() gives.
+ * \param[out] result leaf and numbers of points; a message when there is no pair, because a scan has no extent or fewer
+ * than \p min_points points
+ */
+std::optional<BaselinePair>
+thinPair(const ScanView& source,
+         const ScanView& target,
+         double leaf,
+         unsigned threads,
+         Eigen::Index min_points,
+         BaselineResult& result);
 
 /// The pose between the scans as given, from the one between the centred scans.
 Eigen::Isometry3d

@@ -3,6 +3,8 @@
 
 #include "congruent_sets.h"
 
+#include "common/angles.h"
+
 #include <Eigen/Geometry>
 
 #include <algorithm>
@@ -15,14 +17,13 @@ namespace pcl_ssfr::baselines {
 
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-constexpr double kMinBaseAngle = 20 * kPi / 180; ///< between the segments of a base
-constexpr double kMinRatio = 0.1;                ///< the crossing keeps this share of the segment from its ends
-constexpr int kTriangleTrials = 200;             ///< random triangles of which the widest is taken
-constexpr double kMinSidePerDiameter = 0.2;      ///< points of a base are at least this far apart
-constexpr std::size_t kPointsPerLeaf = 8;        ///< of the octree
-constexpr int kMaxCellsPerAxis = 128;            ///< of the grid of crossings
-constexpr int kBinsPerEdge = 4;                  ///< direction bins along an edge of the cube around the unit sphere
+constexpr double kMinBaseAngle = 20 * kDegree; ///< between the segments of a base
+constexpr double kMinRatio = 0.1;              ///< the crossing keeps this share of the segment from its ends
+constexpr int kTriangleTrials = 200;           ///< random triangles of which the widest is taken
+constexpr double kMinSidePerDiameter = 0.2;    ///< points of a base are at least this far apart
+constexpr std::size_t kPointsPerLeaf = 8;      ///< of the octree
+constexpr int kMaxCellsPerAxis = 128;          ///< of the grid of crossings
+constexpr int kBinsPerEdge = 4;                ///< direction bins along an edge of the cube around the unit sphere
 constexpr int kBins = 6 * kBinsPerEdge * kBinsPerEdge;
 constexpr Eigen::Index kMinPoints = 4;
 

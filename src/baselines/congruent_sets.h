@@ -99,7 +99,7 @@ struct SegmentNormals {
   double between = 0; ///< between the normals [rad]
 };
 
-/// The angles at the pair's ends. \p normals are unit or zero (unknown), one a point.
+/// The angles at the pair's ends. \p normals are unit or zero (unknown), one per point.
 SegmentNormals
 measureNormals(const Points3& points, const Points3& normals, const PointPair& pair);
 

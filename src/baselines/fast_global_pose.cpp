@@ -230,7 +230,7 @@ optimizeFastGlobalPose(const Points3& source,
       kStepsPerAnnealing * static_cast<int>(std::ceil(std::log(mu / final_mu) / std::log(kAnnealingFactor)));
   const int steps = options.iterations > 0 ? options.iterations : std::max(kMinSteps, annealing_steps + kStepsAtTheEnd);
 
-  // The paper's four steps do not always turn a scan round: anneal only once the first, almost convex problem is
+  // The paper's four steps do not always reach a large rotation: anneal only once the first, almost convex problem is
   // solved.
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   if (options.iterations == 0) {

@@ -73,7 +73,7 @@ struct FastGlobalPose {
 
 /** \brief The pose that minimises the scaled Geman-McClure estimator of the distances of the matches (equation 3).
  *
- * Line process and pose are updated in turn (equations 6 and 8); mu starts at the squared diameter and is divided
+ * Line process and pose are updated alternately (equations 6 and 8); mu starts at the squared diameter and is divided
  * by 1.4 every fourth step down to delta^2. A \p guess is optimised at delta^2 and taken when it ends with the lower
  * cost. Non-finite positions are not allowed. Fewer than three matches give the identity and no inliers. \throw
  * std::invalid_argument when the threshold is not > 0 or a match is out of range

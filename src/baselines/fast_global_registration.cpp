@@ -27,16 +27,13 @@ constexpr Eigen::Index kMinPoints = 3;
 void
 validate(const FastGlobalOptions& options)
 {
-  const auto length = [](double value, const char* name) {
-    checkOption(std::isfinite(value) && value >= 0, name, value, "be finite and >= 0 [m]");
-  };
   const auto share = [](double value, const char* name) {
     checkOption(value >= 0 && value <= 1, name, value, "be in [0, 1]");
   };
-  length(options.leaf, "leaf");
-  length(options.normal_radius, "normal_radius");
-  length(options.feature_radius, "feature_radius");
-  length(options.distance_threshold, "distance_threshold");
+  checkLength("leaf", options.leaf);
+  checkLength("normal_radius", options.normal_radius);
+  checkLength("feature_radius", options.feature_radius);
+  checkLength("distance_threshold", options.distance_threshold);
   checkOption(options.tuple_similarity > 0 && options.tuple_similarity <= 1,
               "tuple_similarity",
               options.tuple_similarity,
@@ -74,28 +71,17 @@ registerFastGlobal(const ScanView& source,
   validate(options);
   FastGlobalOptions used = options;
   BaselineResult result;
-  if (!(used.leaf > 0))
-    used.leaf = deriveLeaf(source, target, used.threads);
-  if (!(used.leaf > 0)) {
-    result.message = "a scan is empty or has no extent";
+  const std::optional<BaselinePair> scans = thinPair(source, target, used.leaf, used.threads, kMinPoints, result);
+  if (!scans)
     return result;
-  }
+  const BaselineScan& source_scan = scans->source;
+  const BaselineScan& target_scan = scans->target;
+  used.leaf = result.leaf;
   const auto or_leafs = [&used](double value, double leafs) { return value > 0 ? value : leafs * used.leaf; };
   used.normal_radius = or_leafs(used.normal_radius, kNormalRadiusPerLeaf);
   used.feature_radius = or_leafs(used.feature_radius, kFeatureRadiusPerLeaf);
   used.distance_threshold = or_leafs(used.distance_threshold, kThresholdPerLeaf);
-  result.leaf = used.leaf;
   result.inlier_distance = used.distance_threshold;
-
-  const BaselineScan source_scan = thinBaselineScan(source, used.leaf, used.threads);
-  const BaselineScan target_scan = thinBaselineScan(target, used.leaf, used.threads);
-  result.source_points = static_cast<std::size_t>(source_scan.points.cols());
-  result.target_points = static_cast<std::size_t>(target_scan.points.cols());
-  if (std::min(source_scan.points.cols(), target_scan.points.cols()) < kMinPoints) {
-    result.message = "too few points: " + std::to_string(result.source_points) + " in the source, " +
-                     std::to_string(result.target_points) + " in the target";
-    return result;
-  }
 
   // Section 3.1: descriptors, reciprocity test, tuple test.
   const auto describe = [&used](const BaselineScan& scan) {

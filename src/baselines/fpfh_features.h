@@ -20,7 +20,7 @@ struct FpfhFeatures {
 };
 
 /** \brief FPFH of all \p points (3 x N, finite [m]) that have a normal and a neighbour.
- * \param[in] viewpoint the normals are turned towards it
+ * \param[in] viewpoint the normals are oriented towards it
  * \param[in] normal_radius,feature_radius neighbourhoods of the normals and of the descriptors [m], > 0
  */
 FpfhFeatures

@@ -157,7 +157,7 @@ registerGoIcp(const ScanView& source,
 {
   checkOptions(options);
   const Clock::time_point start = Clock::now();
-  const Deadline deadline(options.time_limit, options.time_limit_clock);
+  const Deadline deadline = Deadline::after(options.time_limit, options.time_limit_clock);
   const auto since_start = [start] { return std::chrono::duration<double>(Clock::now() - start).count(); };
   GoIcpReport unwanted;
   GoIcpReport& report = report_wanted != nullptr ? *report_wanted : unwanted;

@@ -3,6 +3,7 @@
 
 #include "go_icp_branch_and_bound.h"
 
+#include "common/angles.h"
 #include "common/parallel.h"
 
 #include <algorithm>
@@ -88,7 +89,7 @@ searchTranslations(const GoIcpProblem& problem, const GoIcpProblem::RotatedSourc
     result.lower = std::min(node.lower, task.prune_above);
     if (node.lower >= task.prune_above || result.best < task.stop_below || result.best - node.lower <= task.tolerance ||
         std::sqrt(3.0) * node.cube.half < task.finest || result.nodes >= task.nodes ||
-        (result.nodes / kChildren % kClockEvery == kClockEvery - 1 && task.deadline.isPast()))
+        (result.nodes / kChildren % kClockEvery == kClockEvery - 1 && task.deadline.hasPassed()))
       return result;
     queue.pop();
     for (int c = 0; c < kChildren; ++c) {
@@ -119,7 +120,7 @@ bool
 touchesBall(const SearchCube& cube)
 {
   const Eigen::Array3d nearest = (cube.centre.array().abs() - cube.half).max(0.0);
-  return nearest.matrix().norm() <= M_PI;
+  return nearest.matrix().norm() <= kPi;
 }
 
 /// One cube of rotations on its way through the outer search.
@@ -195,7 +196,7 @@ private:
   {
     if (limits_.nodes > 0 && optimum_.nodes >= limits_.nodes)
       optimum_.stop = GoIcpOptimum::Stop::NodeLimit;
-    else if (limits_.deadline.isPast())
+    else if (limits_.deadline.hasPassed())
       optimum_.stop = GoIcpOptimum::Stop::TimeLimit;
     else
       return false;
@@ -236,14 +237,14 @@ private:
 
   /** \brief ICP from a coarse grid of all rotations.
    *
-   * Not in the paper. The lower the error known is, the more is pruned; and where the tolerance is large beside the
+   * Not in the paper. The lower the error known is, the more is pruned; and where the tolerance is large against the
    * error of the true pose, the search would stop at the first pose that is good enough.
    */
   void
   startFromEverywhere()
   {
     const int cells = 1 << kStartLevel;
-    const double half = M_PI / cells;
+    const double half = kPi / cells;
     std::vector<SearchCube> cubes;
     for (int i = 0; i < cells * cells * cells; ++i) {
       SearchCube cube;
@@ -282,7 +283,7 @@ private:
   {
     Queue queue;
     Node root;
-    root.cube.half = M_PI;
+    root.cube.half = kPi;
     queue.push(root);
     // Cubes are dropped when their bound is within the tolerance of the best error; the least of these bounds.
     double dropped = std::numeric_limits<double>::infinity();

@@ -3,8 +3,9 @@
 
 #pragma once
 
-#include "deadline.h"
 #include "go_icp_problem.h"
+
+#include <pcl_ssfr/deadline.h>
 
 #include <Eigen/Geometry>
 
@@ -37,7 +38,7 @@ struct GoIcpOptimum {
 
 /** \brief Algorithm 1 of the paper: all rotations, and translations up to the range along each axis.
  *
- * \param[in] starts poses that the local ICP starts from before the search, beside the identity; they and what ICP
+ * \param[in] starts poses that the local ICP starts from before the search, besides the identity; they and what ICP
  * makes of them may lie outside the domain
  */
 GoIcpOptimum

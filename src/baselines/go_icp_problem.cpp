@@ -3,6 +3,8 @@
 
 #include "go_icp_problem.h"
 
+#include "common/angles.h"
+
 #include <Eigen/SVD>
 
 #include <algorithm>
@@ -96,7 +98,7 @@ GoIcpProblem::GoIcpProblem(
 PointTree::Neighbor
 GoIcpProblem::nearest(const Eigen::Vector3d& x) const
 {
-  // The transform tells how far the search must look; outside the grid it is only a guess.
+  // The transform bounds how far the search must look; outside the grid it is only a guess.
   const double reach = transform_.estimate(x) + transform_.slack();
   PointTree::Neighbor neighbor = tree_.nearest(x, reach * reach);
   if (neighbor.index < 0)
@@ -177,9 +179,9 @@ GoIcpProblem::rotate(const SearchCube& rotations, bool uncertain) const
   result.z.assign(padded, 0.0F);
   result.radius.assign(padded, std::numeric_limits<float>::max());
   result.radii.resize(count);
-  // 5.1: a rotation of the cube turns a point by no more than half its diagonal against the centre's.
+  // 5.1: a rotation of the cube moves a point by no more than half its diagonal against the centre's.
   const double angle = std::sqrt(3.0) * rotations.half;
-  const double chord = uncertain ? 2 * std::sin(std::min(angle, M_PI) / 2) : 0;
+  const double chord = uncertain ? chordFromAngle(std::min(angle, kPi)) : 0;
   for (std::size_t i = 0; i < count; ++i) {
     const auto column = static_cast<Eigen::Index>(i);
     const Eigen::Vector3f place = transform_.toGrid(result.points.col(column)).cast<float>();

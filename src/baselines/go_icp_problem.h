@@ -102,7 +102,7 @@ public:
   RotatedSource
   rotate(const SearchCube& rotations, bool uncertain) const;
 
-  /// What Bounds::centre is, as far as the distance transform tells.
+  /// What Bounds::centre is, as far as the distance transform determines it.
   enum class Centre { Likely, AtMost };
 
   /** \brief Bounds for the rotations of \p source and the translations of a cube, from the distance transform.
@@ -117,7 +117,7 @@ public:
   Bounds
   exactBounds(const RotatedSource& source, const SearchCube& translations, double enough, Scratch& scratch) const;
 
-  /// True when the slack of the distance transform is no longer small beside the cubes.
+  /// True when the slack of the distance transform is no longer small against the cubes.
   bool
   isFine(const RotatedSource& source, const SearchCube& translations) const;
 

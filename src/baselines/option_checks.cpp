@@ -3,6 +3,7 @@
 
 #include "option_checks.h"
 
+#include <cmath>
 #include <sstream>
 #include <stdexcept>
 
@@ -13,6 +14,12 @@ checkOption(bool is_valid, const char* name, double value, const char* bound)
 {
   if (!is_valid)
     throw std::invalid_argument(std::string(name) + " = " + shortNumber(value) + ", must " + bound);
+}
+
+void
+checkLength(const char* name, double value)
+{
+  checkOption(std::isfinite(value) && value >= 0, name, value, "be finite and >= 0 [m]");
 }
 
 std::string

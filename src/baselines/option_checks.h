@@ -11,6 +11,10 @@ namespace pcl_ssfr::baselines {
 void
 checkOption(bool is_valid, const char* name, double value, const char* bound);
 
+/// checkOption() for a length [m], which is finite and not negative.
+void
+checkLength(const char* name, double value);
+
 /// \p value in short, for messages.
 std::string
 shortNumber(double value);

@@ -4,8 +4,8 @@
 #include <pcl_ssfr/baselines/super4pcs.h>
 
 #include "baseline_scan.h"
+#include "common/angles.h"
 #include "congruent_sets.h"
-#include "deadline.h"
 #include "lcp_verifier.h"
 #include "option_checks.h"
 #include "preparation/thinning.h"
@@ -24,7 +24,6 @@ namespace pcl_ssfr::baselines {
 
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kThresholdPerLeaf = 1.5;
 constexpr double kNormalRadiusPerLeaf = 2;
 constexpr double kMinLcpPerOverlap = 0.75;
@@ -38,14 +37,11 @@ constexpr Eigen::Index kMinPoints = 4;
 void
 validate(const Super4PcsOptions& options)
 {
-  const auto length = [](double value, const char* name) {
-    checkOption(std::isfinite(value) && value >= 0, name, value, "be finite and >= 0 [m]");
-  };
   const auto share = [](double value, const char* name) {
     checkOption(value > 0 && value <= 1, name, value, "be in (0, 1]");
   };
-  length(options.leaf, "leaf");
-  length(options.distance_threshold, "distance_threshold");
+  checkLength("leaf", options.leaf);
+  checkLength("distance_threshold", options.distance_threshold);
   share(options.overlap, "overlap");
   share(options.target_lcp, "target_lcp");
   checkOption(options.min_lcp >= 0 && options.min_lcp <= 1, "min_lcp", options.min_lcp, "be in [0, 1]");
@@ -165,31 +161,20 @@ registerSuper4Pcs(const ScanView& source,
                   const Super4PcsOptions& options,
                   const std::optional<Eigen::Isometry3d>& guess)
 {
-  const Deadline deadline(options.time_limit, options.time_limit_clock);
+  const Deadline deadline = Deadline::after(options.time_limit, options.time_limit_clock);
   validate(options);
   Super4PcsOptions used = options;
   BaselineResult result;
-  if (!(used.leaf > 0))
-    used.leaf = deriveLeaf(source, target, used.threads);
-  if (!(used.leaf > 0)) {
-    result.message = "a scan is empty or has no extent";
+  const std::optional<BaselinePair> scans = thinPair(source, target, used.leaf, used.threads, kMinPoints, result);
+  if (!scans)
     return result;
-  }
+  const BaselineScan& source_scan = scans->source;
+  const BaselineScan& target_scan = scans->target;
+  used.leaf = result.leaf;
   if (!(used.distance_threshold > 0))
     used.distance_threshold = kThresholdPerLeaf * used.leaf;
   const double delta = used.distance_threshold;
-  result.leaf = used.leaf;
   result.inlier_distance = delta;
-
-  const BaselineScan source_scan = thinBaselineScan(source, used.leaf, used.threads);
-  const BaselineScan target_scan = thinBaselineScan(target, used.leaf, used.threads);
-  result.source_points = static_cast<std::size_t>(source_scan.points.cols());
-  result.target_points = static_cast<std::size_t>(target_scan.points.cols());
-  if (std::min(source_scan.points.cols(), target_scan.points.cols()) < kMinPoints) {
-    result.message = "too few points: " + std::to_string(result.source_points) + " in the source, " +
-                     std::to_string(result.target_points) + " in the target";
-    return result;
-  }
 
   std::mt19937_64 engine(used.seed);
   const auto normals_of = [&used](const BaselineScan& scan) {
@@ -211,7 +196,7 @@ registerSuper4Pcs(const ScanView& source,
     best.inliers = verifier.count(best.T_target_source, 0);
   }
   int bases = 0;
-  for (; result.iterations < max_bases && best.inliers < wanted && !deadline.isPast(); ++result.iterations) {
+  for (; result.iterations < max_bases && best.inliers < wanted && !deadline.hasPassed(); ++result.iterations) {
     const std::optional<CoplanarBase> base = selectBase(target_scan.points, max_diameter, delta, engine);
     if (!base)
       continue;
@@ -243,7 +228,7 @@ registerSuper4Pcs(const ScanView& source,
   result.converged = best.inliers > 0 && result.overlap >= least;
   result.message = (result.converged ? "LCP " : "the best LCP is ") + shortNumber(result.overlap) +
                    (result.converged ? "" : ", " + shortNumber(least) + " needed") + ", " + std::to_string(bases) +
-                   " bases" + (deadline.isPast() ? ", stopped by the time limit" : "");
+                   " bases" + (deadline.hasPassed() ? ", stopped by the time limit" : "");
   return result;
 }
 

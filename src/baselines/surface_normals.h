@@ -9,7 +9,7 @@
 
 namespace pcl_ssfr::baselines {
 
-/** \brief Normals of \p points (3 x N, finite [m]) by PCL, from all points within \p radius [m], > 0, turned towards
+/** \brief Normals of \p points (3 x N, finite [m]) by PCL, from all points within \p radius [m], > 0, oriented towards
  * \p viewpoint. Unit, 3 x N; zero where a point has too few neighbours. Independent of \p threads.
  */
 Points3

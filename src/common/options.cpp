@@ -3,7 +3,7 @@
 
 #include <pcl_ssfr/options.h>
 
-#include "common/rotation_math.h"
+#include "common/angles.h"
 
 #include <omp.h>
 
@@ -12,6 +12,7 @@
 #include <sstream>
 #include <stdexcept>
 #include <string>
+#include <tuple>
 
 namespace pcl_ssfr {
 
@@ -116,33 +117,33 @@ validatePatches(const PatchOptions& options)
 void
 validateNormals(const NormalOptions& options)
 {
-  requireNotNegative("normals.pre_leaf", options.pre_leaf);
-  requireNotNegative("normals.radius", options.radius);
-  requireNotNegative("normals.leaf", options.leaf);
-  requireNotNegative("normals.max_range", options.max_range);
+  requireNotNegative("paper.normals.pre_leaf", options.pre_leaf);
+  requireNotNegative("paper.normals.radius", options.radius);
+  requireNotNegative("paper.normals.leaf", options.leaf);
+  requireNotNegative("paper.normals.max_range", options.max_range);
 }
 
 void
 validateDensity(const DensityOptions& options)
 {
-  require(options.radius > 0 && options.radius <= 1, "density.radius", options.radius, "be a chord in (0, 1]");
-  requireAtLeast("density.max_regions", options.max_regions, 1);
-  requireAtLeast("density.max_queries", options.max_queries, 0);
-  requireChord("density.silence_chord", options.silence_chord);
-  requireShare("density.min_relative_density", options.min_relative_density);
-  requirePositive("density.max_elongation", options.max_elongation);
-  requireNotNegative("density.max_elongated_chord", options.max_elongated_chord);
-  requireAtLeast("density.max_region_points", options.max_region_points, 1);
+  require(options.radius > 0 && options.radius <= 1, "paper.density.radius", options.radius, "be a chord in (0, 1]");
+  requireAtLeast("paper.density.max_regions", options.max_regions, 1);
+  requireAtLeast("paper.density.max_queries", options.max_queries, 0);
+  requireChord("paper.density.silence_chord", options.silence_chord);
+  requireShare("paper.density.min_relative_density", options.min_relative_density);
+  requirePositive("paper.density.max_elongation", options.max_elongation);
+  requireNotNegative("paper.density.max_elongated_chord", options.max_elongated_chord);
+  requireAtLeast("paper.density.max_region_points", options.max_region_points, 1);
 }
 
 void
 validateMeanShift(const MeanShiftOptions& options)
 {
-  requireChord("mean_shift.bandwidth", options.bandwidth);
-  requirePositive("mean_shift.tolerance", options.tolerance);
-  requireAtLeast("mean_shift.max_iterations", options.max_iterations, 1);
+  requireChord("paper.mean_shift.bandwidth", options.bandwidth);
+  requirePositive("paper.mean_shift.tolerance", options.tolerance);
+  requireAtLeast("paper.mean_shift.max_iterations", options.max_iterations, 1);
   require(options.merge_chord >= 0 && options.merge_chord < 2,
-          "mean_shift.merge_chord",
+          "paper.mean_shift.merge_chord",
           options.merge_chord,
           "be a chord in [0, 2)");
 }
@@ -150,50 +151,111 @@ validateMeanShift(const MeanShiftOptions& options)
 void
 validateRotation(const RotationOptions& options)
 {
-  requireCosine("rotation.max_abs_cos", options.max_abs_cos);
+  requireCosine("paper.rotation.max_abs_cos", options.max_abs_cos);
   require(options.angle_tolerance > 0 && options.angle_tolerance < kPi / 2,
-          "rotation.angle_tolerance",
+          "paper.rotation.angle_tolerance",
           options.angle_tolerance,
           "be in (0, pi/2) radians");
   require(options.merge_angle >= 0 && options.merge_angle <= kPi,
-          "rotation.merge_angle",
+          "paper.rotation.merge_angle",
           options.merge_angle,
           "be in [0, pi] radians");
-  requireAngle("rotation.refit_angle", options.refit_angle);
+  requireAngle("paper.rotation.refit_angle", options.refit_angle);
 }
 
 void
 validateTranslation(const TranslationOptions& options)
 {
-  requireCosine("translation.max_abs_cos", options.max_abs_cos);
+  requireCosine("paper.translation.max_abs_cos", options.max_abs_cos);
   require(options.min_triple_product >= 0 && options.min_triple_product < 1,
-          "translation.min_triple_product",
+          "paper.translation.min_triple_product",
           options.min_triple_product,
           "be in [0, 1)");
-  requireAngle("translation.cross_angle", options.cross_angle);
+  requireAngle("paper.translation.cross_angle", options.cross_angle);
 
   const HistogramOptions& histogram = options.histogram;
-  requirePositive("translation.histogram.bin_width", histogram.bin_width);
+  requirePositive("paper.translation.histogram.bin_width", histogram.bin_width);
   require(histogram.parallel_cos > 0 && histogram.parallel_cos <= 1,
-          "translation.histogram.parallel_cos",
+          "paper.translation.histogram.parallel_cos",
           histogram.parallel_cos,
           "be in (0, 1]");
-  requirePositive("translation.histogram.clip_factor", histogram.clip_factor);
-  require(histogram.max_bins >= 1, "translation.histogram.max_bins", histogram.max_bins, "be at least 1");
+  requirePositive("paper.translation.histogram.clip_factor", histogram.clip_factor);
+  require(histogram.max_bins >= 1, "paper.translation.histogram.max_bins", histogram.max_bins, "be at least 1");
 
   const CorrelationOptions& correlation = options.correlation;
-  requireAtLeast("translation.correlation.envelope_half_window", correlation.envelope_half_window, 0);
-  requireAtLeast("translation.correlation.max_peaks", correlation.max_peaks, 1);
-  requireNotNegative("translation.correlation.min_separation", correlation.min_separation);
+  requireAtLeast("paper.translation.correlation.envelope_half_window", correlation.envelope_half_window, 0);
+  requireAtLeast("paper.translation.correlation.max_peaks", correlation.max_peaks, 1);
+  requireNotNegative("paper.translation.correlation.min_separation", correlation.min_separation);
 }
 
 void
 validateLcp(const LcpOptions& options)
 {
-  requireNotNegative("lcp.leaf", options.leaf);
-  requireAtLeast("lcp.fine_factor", options.fine_factor, 0);
-  requireNotNegative("lcp.fine_smoothing", options.fine_smoothing);
-  requirePositive("lcp.fine_range_bins", options.fine_range_bins);
+  requireNotNegative("paper.lcp.leaf", options.leaf);
+  requireAtLeast("paper.lcp.fine_factor", options.fine_factor, 0);
+  requireNotNegative("paper.lcp.fine_smoothing", options.fine_smoothing);
+  requirePositive("paper.lcp.fine_range_bins", options.fine_range_bins);
+}
+
+// Structured bindings name every field: an option that is added does not compile here until it is compared.
+
+bool
+isEqual(const PreparationOptions& a, const PreparationOptions& b)
+{
+  const auto& [profile, viewpoint_mode, normal_radius, density_radius, leaf] = a;
+  return std::tie(profile, viewpoint_mode, normal_radius, density_radius, leaf) ==
+         std::tie(b.profile, b.viewpoint_mode, b.normal_radius, b.density_radius, b.leaf);
+}
+
+bool
+isEqual(const PatchOptions& a, const PatchOptions& b)
+{
+  const auto& [thickness, range_noise, max_flatness, finest_level, coarsest_level, min_points] = a;
+  return std::tie(thickness, range_noise, max_flatness, finest_level, coarsest_level, min_points) ==
+         std::tie(b.thickness, b.range_noise, b.max_flatness, b.finest_level, b.coarsest_level, b.min_points);
+}
+
+bool
+isEqual(const NormalOptions& a, const NormalOptions& b)
+{
+  const auto& [pre_leaf, radius, leaf, max_range, away_from_viewpoint, use_given_normals] = a;
+  return std::tie(pre_leaf, radius, leaf, max_range, away_from_viewpoint, use_given_normals) ==
+         std::tie(b.pre_leaf, b.radius, b.leaf, b.max_range, b.away_from_viewpoint, b.use_given_normals);
+}
+
+bool
+isEqual(const DensityOptions& a, const DensityOptions& b)
+{
+  const auto& [radius,
+               kernel,
+               max_regions,
+               silence_chord,
+               min_relative_density,
+               reject_elongated,
+               max_elongation,
+               max_elongated_chord,
+               max_region_points,
+               max_queries] = a;
+  return std::tie(radius, kernel, max_regions, silence_chord, min_relative_density) ==
+             std::tie(b.radius, b.kernel, b.max_regions, b.silence_chord, b.min_relative_density) &&
+         std::tie(reject_elongated, max_elongation, max_elongated_chord, max_region_points, max_queries) ==
+             std::tie(b.reject_elongated, b.max_elongation, b.max_elongated_chord, b.max_region_points, b.max_queries);
+}
+
+bool
+isEqual(const MeanShiftOptions& a, const MeanShiftOptions& b)
+{
+  const auto& [bandwidth, tolerance, max_iterations, merge_chord] = a;
+  return std::tie(bandwidth, tolerance, max_iterations, merge_chord) ==
+         std::tie(b.bandwidth, b.tolerance, b.max_iterations, b.merge_chord);
+}
+
+/// Of the paper's selection, the preparation reads the leaf.
+bool
+isSamePreparation(const PaperOptions& a, const PaperOptions& b)
+{
+  return isEqual(a.normals, b.normals) && isEqual(a.density, b.density) && isEqual(a.mean_shift, b.mean_shift) &&
+         std::tie(a.lcp.leaf) == std::tie(b.lcp.leaf);
 }
 
 } // namespace
@@ -217,6 +279,39 @@ makeOptions(Profile profile)
   Options options;
   options.profile = profile;
   return options;
+}
+
+Options
+makePaper2019Options()
+{
+  constexpr double kDensityRadius = 0.02; // chord
+  Options options = makeOptions(Profile::Paper2017);
+  PaperOptions& paper = options.paper;
+  paper.normals.pre_leaf = 0.005;
+  paper.normals.away_from_viewpoint = true;
+  paper.density.kernel = DensityOptions::Kernel::Gaussian;
+  paper.density.radius = kDensityRadius;
+  paper.density.max_regions = 8;
+  paper.density.silence_chord = chordFromAngle(15 * kDegree);
+  paper.density.reject_elongated = true;
+  paper.mean_shift.bandwidth = 2 * kDensityRadius;
+  paper.mean_shift.merge_chord = 0;
+  paper.rotation.angle_tolerance = 3 * kDegree;
+  paper.translation.third_axis = TranslationOptions::ThirdAxis::CrossProduct;
+  paper.translation.histogram.bin_width = 0.01;
+  paper.translation.histogram.clip = HistogramOptions::Clip::MeanSigma;
+  paper.translation.histogram.clip_factor = 2;
+  paper.translation.correlation.envelope_half_window = 0;
+  paper.lcp.leaf = 0.06;
+  paper.lcp.kernel_sum = true;
+  return options;
+}
+
+bool
+haveSamePreparation(const Options& a, const Options& b)
+{
+  return isEqual(a, b) &&
+         (a.profile == Profile::Paper2017 ? isSamePreparation(a.paper, b.paper) : isEqual(a.patches, b.patches));
 }
 
 void
@@ -245,12 +340,12 @@ validate(const Options& options)
   requireAtLeast("max_candidates", options.max_candidates, 1);
   requireShare("min_confidence", options.min_confidence);
   validatePatches(options.patches);
-  validateNormals(options.normals);
-  validateDensity(options.density);
-  validateMeanShift(options.mean_shift);
-  validateRotation(options.rotation);
-  validateTranslation(options.translation);
-  validateLcp(options.lcp);
+  validateNormals(options.paper.normals);
+  validateDensity(options.paper.density);
+  validateMeanShift(options.paper.mean_shift);
+  validateRotation(options.paper.rotation);
+  validateTranslation(options.paper.translation);
+  validateLcp(options.paper.lcp);
 }
 
 } // namespace pcl_ssfr

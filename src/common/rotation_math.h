@@ -3,13 +3,13 @@
 
 #pragma once
 
+#include "common/angles.h"
+
 #include <pcl_ssfr/options.h>
 
 #include <Eigen/Core>
 
 namespace pcl_ssfr {
-
-constexpr double kPi = 3.14159265358979323846;
 
 /// The rotation R that maximises trace(R^T M): of a correlation sum of w target source^T the best one (Kabsch 1976), of
 /// a matrix that is nearly a rotation the nearest in the Frobenius norm.

@@ -25,7 +25,7 @@ struct DenseRegion {
  * The point itself counts. Costs O(N log N) plus the neighbours for any N. With max_queries, only so many points are
  * asked, each against all others, and the cost stays linear; the rest get a density of 0. The stride is odd, so that
  * both ways of an unoriented normal have their turn. \p threads only changes the speed.
- * What it gives when \p deadline passes meanwhile is of no use.
+ * What it gives when \p deadline passes meanwhile is unspecified.
  */
 Eigen::VectorXd
 computeDensity(const DirectionSet& directions,

@@ -3,7 +3,6 @@
 
 #include "directions/gaussian_sphere.h"
 
-#include <algorithm>
 #include <cmath>
 
 namespace pcl_ssfr {
@@ -36,18 +35,6 @@ makeGaussianSphere(const OrientedSamples& samples)
   image.directions.conservativeResize(3, used);
   image.weights.conservativeResize(used);
   return image;
-}
-
-double
-chordFromAngle(double angle)
-{
-  return 2 * std::sin(angle / 2);
-}
-
-double
-angleFromChord(double chord)
-{
-  return 2 * std::asin(std::clamp(chord / 2, -1.0, 1.0));
 }
 
 } // namespace pcl_ssfr

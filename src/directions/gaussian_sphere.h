@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include "common/angles.h"
 #include "common/types.h"
 
 namespace pcl_ssfr {
@@ -27,13 +28,5 @@ struct DirectionSet {
  */
 DirectionSet
 makeGaussianSphere(const OrientedSamples& samples);
-
-/// Chord between two unit vectors that are \p angle [rad, 0..pi] apart: 2 sin(angle / 2).
-double
-chordFromAngle(double angle);
-
-/// Angle [rad] between two unit vectors that are \p chord [0..2] apart.
-double
-angleFromChord(double chord);
 
 } // namespace pcl_ssfr

@@ -51,8 +51,8 @@ isRoundAbout(const OrientedSamples& samples, const Eigen::Vector3d& axis)
     const Eigen::Vector3d n = samples.normals.col(i);
     if (std::abs(n.dot(axis)) > kMaxSlope)
       continue;
-    const double turn = std::atan2(n.dot(y), n.dot(x)) / (2 * kPi) + 0.5;
-    around[static_cast<std::size_t>(turn * kBins) % kBins] += samples.weights[i];
+    const double share = std::atan2(n.dot(y), n.dot(x)) / (2 * kPi) + 0.5;
+    around[static_cast<std::size_t>(share * kBins) % kBins] += samples.weights[i];
   }
   double across = 0;
   for (const double a : around)

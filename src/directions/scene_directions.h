@@ -12,7 +12,7 @@
 
 namespace pcl_ssfr {
 
-// Which directions of a scan tell its rotation, beside and beyond its main normals.
+// Which directions of a scan determine its rotation, besides and beyond its main normals.
 
 /// Main normals with a known vertical, unit: a direction of the scene even where no surface faces it. As many when one
 /// of them lies within what main normals are good to.
@@ -25,7 +25,7 @@ bool
 isRoundAbout(const OrientedSamples& samples, const Eigen::Vector3d& axis);
 
 /// Directions about which the rotation is to be swept, the best two main normals at most: such that surface faces all
-/// ways around, or \p all_of_them, where main normals tell one direction only.
+/// ways around, or \p all_of_them, where main normals give one direction only.
 std::vector<Eigen::Vector3d>
 sweepAxes(const std::vector<MainNormal>& main_normals, const OrientedSamples& samples, bool all_of_them);
 

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <stdexcept>
 
 namespace pcl_ssfr::detail {
@@ -44,22 +45,14 @@ reportWarning(const std::string& class_name, const char* where, const std::strin
   PCL_WARN("[pcl_ssfr::%s::%s] %s.\n", class_name.c_str(), where, text.c_str());
 }
 
-Options
-switchProfile(const Options& previous, Profile profile)
+std::optional<GravityPrior>
+gravityPrior(const Eigen::Vector3d& up_source, const Eigen::Vector3d& up_target, double tolerance)
 {
-  Options options = makeOptions(profile);
-  options.viewpoint_mode = previous.viewpoint_mode;
-  options.normal_radius = previous.normal_radius;
-  options.density_radius = previous.density_radius;
-  options.bin_width = previous.bin_width;
-  options.leaf = previous.leaf;
-  options.max_refinement_steps = previous.max_refinement_steps;
-  options.overlap_radius = previous.overlap_radius;
-  options.time_limit = previous.time_limit;
-  options.threads = previous.threads;
-  options.gravity = previous.gravity;
-  options.max_candidates = previous.max_candidates;
-  return options;
+  const auto is_direction = [](const Eigen::Vector3d& v) { return v.allFinite() && v.norm() > 0; };
+  if (!is_direction(up_source) || !is_direction(up_target) || !(tolerance > 0 && tolerance <= kPi)) {
+    return std::nullopt;
+  }
+  return GravityPrior{up_source.stableNormalized(), up_target.stableNormalized(), tolerance};
 }
 
 std::optional<Eigen::Isometry3d>
@@ -97,18 +90,18 @@ dropOutOfRange(pcl::Indices& indices, std::size_t size)
   return before - indices.size();
 }
 
+pcl::Indices
+everyIndex(std::size_t size)
+{
+  pcl::Indices indices(size);
+  std::iota(indices.begin(), indices.end(), pcl::index_t{0});
+  return indices;
+}
+
 bool
 isEveryPointInOrder(const pcl::Indices& indices, std::size_t size)
 {
-  if (indices.size() != size) {
-    return false;
-  }
-  for (std::size_t i = 0; i < size; ++i) {
-    if (static_cast<std::size_t>(indices[i]) != i) {
-      return false;
-    }
-  }
-  return true;
+  return indices == everyIndex(size);
 }
 
 float

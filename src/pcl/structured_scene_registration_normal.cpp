@@ -4,6 +4,12 @@
 #include <pcl_ssfr/impl/structured_scene_registration.hpp>
 
 namespace pcl_ssfr {
+namespace detail {
+template class RegistrationAdaptor<pcl::PointNormal, pcl::PointNormal, float>;
+template class RegistrationAdaptor<pcl::PointNormal, pcl::PointNormal, double>;
+template class RegistrationAdaptor<pcl::PointXYZINormal, pcl::PointXYZINormal, float>;
+template class RegistrationAdaptor<pcl::PointXYZINormal, pcl::PointXYZINormal, double>;
+} // namespace detail
 template class StructuredSceneRegistration<pcl::PointNormal, pcl::PointNormal, float>;
 template class StructuredSceneRegistration<pcl::PointNormal, pcl::PointNormal, double>;
 template class StructuredSceneRegistration<pcl::PointXYZINormal, pcl::PointXYZINormal, float>;

@@ -23,8 +23,6 @@ namespace pcl_ssfr {
 
 namespace {
 
-constexpr double kDegree = kPi / 180;
-
 /// Fewest samples with a normal that a scan must have.
 constexpr Eigen::Index kMinSamples = 10;
 /// The LCP leaf against the normal radius (METHOD: settings the authors ran in 2017).
@@ -37,21 +35,6 @@ std::uint64_t
 toCount(Count count)
 {
   return static_cast<std::uint64_t>(count);
-}
-
-/// The user's three parameters and the leaf, where set, in the options of the stages.
-Options
-withUserParameters(Options options)
-{
-  if (options.normal_radius > 0)
-    options.normals.radius = options.normal_radius;
-  if (options.leaf > 0)
-    options.normals.leaf = options.leaf;
-  if (options.density_radius > 0)
-    options.density.radius = options.density_radius;
-  if (options.bin_width > 0)
-    options.translation.histogram.bin_width = options.bin_width;
-  return options;
 }
 
 double
@@ -77,7 +60,7 @@ struct ScoredPose {
 class PaperRegistration {
 public:
   PaperRegistration(const PaperScan& source, const PaperScan& target, const Options& options, const Deadline& deadline)
-      : source_(source), target_(target), options_(withUserParameters(options)), deadline_(deadline),
+      : source_(source), target_(target), options_(options), stages_(paperStages(options)), deadline_(deadline),
         threads_(threadCount(options))
   {}
 
@@ -109,14 +92,13 @@ private:
   runFinePass(std::vector<ScoredPose>& ranked);
   void
   report(const std::vector<ScoredPose>& ranked);
-  double
-  rateConfidence(const std::vector<Candidate>& distinct) const;
   void
   addStage(const char* name, double seconds, std::uint64_t in, std::uint64_t out);
 
   const PaperScan& source_;
   const PaperScan& target_;
-  Options options_;
+  const Options& options_;
+  PaperOptions stages_;
   Deadline deadline_;
   unsigned threads_;
   Result result_;
@@ -144,7 +126,7 @@ PaperRegistration::rejectScans()
   }
   for (const PaperScan* scan : {&source_, &target_}) {
     const std::string name = scan == &source_ ? "source" : "target";
-    if (hasPair(scan->main_normals, options_.rotation))
+    if (hasPair(scan->main_normals, stages_.rotation))
       continue;
     result_.status = Status::TooFewDirections;
     result_.message = "the planes of the " + name +
@@ -160,7 +142,7 @@ PaperRegistration::findRotations()
 {
   const StageClock clock;
   std::vector<RotationCandidate> rotations =
-      proposeRotations(source_.main_normals, target_.main_normals, options_.rotation);
+      proposeRotations(source_.main_normals, target_.main_normals, stages_.rotation);
   if (options_.gravity)
     rotations.erase(std::remove_if(rotations.begin(),
                                    rotations.end(),
@@ -181,10 +163,10 @@ void
 PaperRegistration::score(ScoredPose& candidate, unsigned threads) const
 {
   // 2017 counts neighbours nearer than the leaf; 2019 sums a kernel over sqrt(3) bin widths.
-  const double radius = options_.lcp.kernel_sum ? std::sqrt(3.0) * options_.translation.histogram.bin_width
-                                                : std::max(source_.lcp_leaf, target_.lcp_leaf);
+  const double radius = stages_.lcp.kernel_sum ? std::sqrt(3.0) * stages_.translation.histogram.bin_width
+                                               : std::max(source_.lcp_leaf, target_.lcp_leaf);
   candidate.overlap = computeOverlap(source_.lcp_points, target_.lcp_index, candidate.pose, radius, threads);
-  candidate.score = options_.lcp.kernel_sum ? candidate.overlap.kernel_sum : candidate.overlap.ratio;
+  candidate.score = stages_.lcp.kernel_sum ? candidate.overlap.kernel_sum : candidate.overlap.ratio;
   candidate.judged = true;
 }
 
@@ -192,11 +174,11 @@ std::vector<ScoredPose>
 PaperRegistration::judgeRotations(const std::vector<RotationCandidate>& rotations)
 {
   const StageClock clock;
-  TranslationOptions translation_options = options_.translation;
-  translation_options.histogram.bin_width = boundBinWidth(options_.translation.histogram.bin_width,
+  TranslationOptions translation_options = stages_.translation;
+  translation_options.histogram.bin_width = boundBinWidth(stages_.translation.histogram.bin_width,
                                                           source_.normals.samples,
                                                           target_.normals.samples,
-                                                          options_.translation.histogram.max_bins);
+                                                          stages_.translation.histogram.max_bins);
   std::vector<ScoredPose> poses(rotations.size());
   std::vector<char> skipped(rotations.size(), 0);
   forEachInParallel(static_cast<std::int64_t>(rotations.size()), 1, static_cast<int>(threads_), [&](std::int64_t k) {
@@ -246,13 +228,13 @@ PaperRegistration::refineTranslation(const ScoredPose& coarse) const
 {
   const OrientedSamples& source = source_.normals.samples;
   const OrientedSamples& target = target_.normals.samples;
-  const double coarse_width = options_.translation.histogram.bin_width;
-  TranslationOptions fine = options_.translation;
+  const double coarse_width = stages_.translation.histogram.bin_width;
+  TranslationOptions fine = stages_.translation;
   fine.histogram.bin_width =
-      boundBinWidth(coarse_width / options_.lcp.fine_factor, source, target, fine.histogram.max_bins);
+      boundBinWidth(coarse_width / stages_.lcp.fine_factor, source, target, fine.histogram.max_bins);
   // The envelope would span less than one smoothed peak here and take its top off.
   fine.correlation.envelope_half_window = 0;
-  const int half_window = static_cast<int>(std::lround(options_.lcp.fine_smoothing / fine.histogram.bin_width / 2));
+  const int half_window = static_cast<int>(std::lround(stages_.lcp.fine_smoothing / fine.histogram.bin_width / 2));
 
   ScoredPose refined = coarse;
   Eigen::Isometry3d rotation = Eigen::Isometry3d::Identity();
@@ -262,7 +244,7 @@ PaperRegistration::refineTranslation(const ScoredPose& coarse) const
                                             coarse.axes,
                                             fine,
                                             &coarse.translation,
-                                            options_.lcp.fine_range_bins * coarse_width,
+                                            stages_.lcp.fine_range_bins * coarse_width,
                                             half_window);
   refined.pose.translation() = refined.translation.t_target_source;
   score(refined, threads_);
@@ -272,10 +254,10 @@ PaperRegistration::refineTranslation(const ScoredPose& coarse) const
 void
 PaperRegistration::runFinePass(std::vector<ScoredPose>& ranked)
 {
-  if (options_.lcp.fine_factor <= 0)
+  if (stages_.lcp.fine_factor <= 0)
     return;
   const StageClock clock;
-  const std::size_t limit = options_.lcp.kernel_sum ? 2 : 1; // 2019 refines the best two
+  const std::size_t limit = stages_.lcp.kernel_sum ? 2 : 1; // 2019 refines the best two
   std::uint64_t tried = 0, taken = 0;
   for (std::size_t i = 0; i < std::min(limit, ranked.size()) && !isOutOfTime(); ++i) {
     ++tried;
@@ -286,21 +268,6 @@ PaperRegistration::runFinePass(std::vector<ScoredPose>& ranked)
     ++taken;
   }
   addStage("fine_pass", clock.elapsed(), tried, taken);
-}
-
-/** \brief A plain figure in [0, 1], not calibrated: the larger the share of the source that lies on the target, and the
- * further the best distinct rival stays behind, the higher. Directions without planes and unjudged rotations lower it.
- */
-double
-PaperRegistration::rateConfidence(const std::vector<Candidate>& distinct) const
-{
-  const Candidate& best = distinct.front();
-  if (!(best.score > 0))
-    return 0;
-  const double rival = distinct.size() > 1 ? std::min(distinct[1].score / best.score, 1.0) : 0;
-  const double judged = proposed_ > 0 ? 1 - static_cast<double>(skipped_) / static_cast<double>(proposed_) : 1;
-  const double observed = result_.unobservable.empty() ? 1 : 0.5;
-  return std::sqrt(best.overlap * (1 - rival)) * judged * observed;
 }
 
 void
@@ -315,7 +282,7 @@ PaperRegistration::report(const std::vector<ScoredPose>& ranked)
   const std::uint64_t in = ranked.size();
   std::vector<ScoredPose> distinct;
   for (const ScoredPose& pose : ranked) {
-    if (static_cast<int>(distinct.size()) >= std::max(options_.max_candidates, 2))
+    if (static_cast<int>(distinct.size()) >= options_.max_candidates)
       break;
     const bool known = std::any_of(distinct.begin(), distinct.end(), [&](const ScoredPose& kept) {
       return angleBetween(kept.pose.linear(), pose.pose.linear()) < kDistinctAngle &&
@@ -345,9 +312,6 @@ PaperRegistration::report(const std::vector<ScoredPose>& ranked)
     open.direction = best.axes.axes.col((column + 1) % 3).cross(best.axes.axes.col((column + 2) % 3)).normalized();
     result_.unobservable.push_back(open);
   }
-  result_.confidence = rateConfidence(result_.candidates);
-  if (static_cast<int>(result_.candidates.size()) > options_.max_candidates)
-    result_.candidates.resize(static_cast<std::size_t>(options_.max_candidates));
 
   std::ostringstream message;
   message << "best of " << in << " poses lays " << std::lround(100 * result_.overlap)
@@ -355,7 +319,8 @@ PaperRegistration::report(const std::vector<ScoredPose>& ranked)
   if (skipped_ > 0)
     message << "; the time limit left " << skipped_ << " of " << proposed_ << " rotations unjudged";
   if (!result_.unobservable.empty())
-    message << "; no plane fixes the shift along " << result_.unobservable.size() << " direction(s), which stays 0";
+    message << "; no plane fixes the translation along " << result_.unobservable.size()
+            << " direction(s), which stays 0";
   result_.message = message.str();
   addStage("selection", clock.elapsed(), in, toCount(result_.candidates.size()));
 }
@@ -409,11 +374,29 @@ PaperRegistration::run(const Eigen::Isometry3d* guess)
 
 } // namespace
 
-PaperScan
-preparePaperScan(const ScanView& scan, const Options& user_options, bool oriented, const Deadline& deadline)
+PaperOptions
+paperStages(const Options& options)
 {
-  validate(user_options);
-  const Options options = withUserParameters(user_options);
+  PaperOptions stages = options.paper;
+  if (options.normal_radius > 0)
+    stages.normals.radius = options.normal_radius;
+  if (options.leaf > 0)
+    stages.normals.leaf = options.leaf;
+  if (options.density_radius > 0)
+    stages.density.radius = options.density_radius;
+  if (options.bin_width > 0)
+    stages.translation.histogram.bin_width = options.bin_width;
+  return stages;
+}
+
+PaperScan
+preparePaperScan(const ScanView& scan, const Options& options, const Deadline& deadline)
+{
+  validate(options);
+  const PaperOptions stages = paperStages(options);
+  // The paper takes the sensor to be at the origin: Auto accepts it.
+  const bool oriented =
+      options.viewpoint_mode == ViewpointMode::Auto || options.viewpoint_mode == ViewpointMode::SensorOrigin;
   const unsigned threads = threadCount(options);
   PaperScan result;
   StageClock clock;
@@ -426,7 +409,7 @@ preparePaperScan(const ScanView& scan, const Options& user_options, bool oriente
   };
 
   // Stage 1. The paper thins and estimates within fixed scales; r = 0 and leaf = 0 follow from the data.
-  result.normals = estimateNormals(scan, options.normals, oriented, threads, deadline);
+  result.normals = estimateNormals(scan, stages.normals, oriented, threads, deadline);
   const OrientedSamples& samples = result.normals.samples;
   if (endsIn("normals", scan.count(), samples.size()))
     return result;
@@ -435,20 +418,20 @@ preparePaperScan(const ScanView& scan, const Options& user_options, bool oriente
   if (endsIn("gaussian_sphere", samples.size(), image.size()))
     return result;
 
-  const Eigen::VectorXd density = computeDensity(image, options.density, threads, deadline); // stage 3
+  const Eigen::VectorXd density = computeDensity(image, stages.density, threads, deadline); // stage 3
   if (endsIn("density", image.size(), image.size()))
     return result;
 
-  const std::vector<DenseRegion> regions = findDensestRegions(image, density, options.density); // stage 4
+  const std::vector<DenseRegion> regions = findDensestRegions(image, density, stages.density); // stage 4
   if (endsIn("densest_regions", image.size(), regions.size()))
     return result;
 
-  result.main_normals = findMainNormals(image, regions, options.mean_shift); // stage 5
+  result.main_normals = findMainNormals(image, regions, stages.mean_shift); // stage 5
   if (endsIn("mean_shift", regions.size(), result.main_normals.size()))
     return result;
 
   // The thinning of stage 12.
-  result.lcp_leaf = options.lcp.leaf > 0 ? options.lcp.leaf : deriveLcpLeaf(result.normals.radius);
+  result.lcp_leaf = stages.lcp.leaf > 0 ? stages.lcp.leaf : deriveLcpLeaf(result.normals.radius);
   const std::vector<Eigen::Index> columns = samplePerVoxel(samples.points, result.lcp_leaf);
   result.lcp_points.resize(3, static_cast<Eigen::Index>(columns.size()));
   for (std::size_t i = 0; i < columns.size(); ++i)
@@ -462,45 +445,11 @@ Result
 registerPaperScans(const PaperScan& source,
                    const PaperScan& target,
                    const Options& options,
-                   const Eigen::Isometry3d* guess)
-{
-  return registerPaperScans(source, target, options, guess, Deadline::after(options.time_limit));
-}
-
-Result
-registerPaperScans(const PaperScan& source,
-                   const PaperScan& target,
-                   const Options& options,
                    const Eigen::Isometry3d* guess,
                    const Deadline& deadline)
 {
   validate(options);
   return PaperRegistration(source, target, options, deadline).run(guess);
-}
-
-Options
-makePaper2019Options()
-{
-  constexpr double kDensityRadius = 0.02;
-  Options options = makeOptions(Profile::Paper2017);
-  options.normals.pre_leaf = 0.005;
-  options.normals.away_from_viewpoint = true;
-  options.density.kernel = DensityOptions::Kernel::Gaussian;
-  options.density.radius = kDensityRadius;
-  options.density.max_regions = 8;
-  options.density.silence_chord = chordFromAngle(15 * kDegree);
-  options.density.reject_elongated = true;
-  options.mean_shift.bandwidth = 2 * kDensityRadius;
-  options.mean_shift.merge_chord = 0;
-  options.rotation.angle_tolerance = 3 * kDegree;
-  options.translation.third_axis = TranslationOptions::ThirdAxis::CrossProduct;
-  options.translation.histogram.bin_width = 0.01;
-  options.translation.histogram.clip = HistogramOptions::Clip::MeanSigma;
-  options.translation.histogram.clip_factor = 2;
-  options.translation.correlation.envelope_half_window = 0;
-  options.lcp.leaf = 0.06;
-  options.lcp.kernel_sum = true;
-  return options;
 }
 
 } // namespace pcl_ssfr

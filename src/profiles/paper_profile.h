@@ -35,39 +35,33 @@ struct PaperScan {
   std::string unfinished; ///< stage in which the time ran out: nothing here may be used then; empty when complete
 };
 
+/// Options::paper with the scales that the user set in Options: what the stages read.
+PaperOptions
+paperStages(const Options& options);
+
 /** \brief Stages 1 to 5 and the thinning of stage 12 for one scan. Total on data: an empty scan gives an empty value.
- * \param[in] oriented false: the viewpoint is not believed and normals have no sign. The paper takes the sensor to be
- * at the origin, so the pipeline passes true unless the viewpoint mode is Unknown.
+ *
+ * Normals have no sign when the viewpoint mode is Unknown or Unused: the paper takes the sensor to be at the origin.
  * \param[in] deadline when it passes meanwhile: see PaperScan::unfinished
  * \throw std::invalid_argument when \p options are out of range.
  */
 PaperScan
-preparePaperScan(const ScanView& scan, const Options& options, bool oriented, const Deadline& deadline = Deadline());
+preparePaperScan(const ScanView& scan, const Options& options, const Deadline& deadline = Deadline());
 
 /** \brief The method as published: Algorithm 2, METHOD stages 6 to 13, without any of the improvements.
  *
  * Ends with Status::TooFewPoints, TooFewDirections, NoCandidate, TimeLimit or Converged; the paper knows no rejection,
  * so min_confidence, refine and contradictions play no part. Result::rmse is over point-to-point distances of the
- * thinned scans. Result::confidence is no calibrated probability here: see the implementation of rateConfidence.
+ * thinned scans. Result::confidence stays 0: the paper estimates none.
  * \param[in] guess scored as one more candidate by the same LCP; wins only when it is strictly better
+ * \param[in] deadline in place of Options::time_limit, which is not read here
  * \throw std::invalid_argument when \p options are out of range.
  */
 Result
 registerPaperScans(const PaperScan& source,
                    const PaperScan& target,
                    const Options& options,
-                   const Eigen::Isometry3d* guess = nullptr);
-
-/// The same with a \p deadline in place of Options::time_limit.
-Result
-registerPaperScans(const PaperScan& source,
-                   const PaperScan& target,
-                   const Options& options,
-                   const Eigen::Isometry3d* guess,
-                   const Deadline& deadline);
-
-/// Profile::Paper2017 with the constants of the implementation of 2019, where the two differ (METHOD, second table).
-Options
-makePaper2019Options();
+                   const Eigen::Isometry3d* guess = nullptr,
+                   const Deadline& deadline = Deadline());
 
 } // namespace pcl_ssfr

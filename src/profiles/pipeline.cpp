@@ -11,6 +11,7 @@
 #include <memory>
 #include <string>
 #include <utility>
+#include <variant>
 
 namespace pcl_ssfr {
 
@@ -20,10 +21,10 @@ namespace {
 const std::string&
 unfinishedStage(const PreparedData& data)
 {
-  return data.profile == Profile::Paper2017 ? data.paper.unfinished : data.patches.unfinished;
+  return std::visit([](const auto& scan) -> const std::string& { return scan.unfinished; }, data.scan);
 }
 
-/// What is told of scans of which one is not complete.
+/// What is reported of scans of which one is not complete.
 Result
 reportUnfinished(const PreparedScan& source, const PreparedScan& target)
 {
@@ -31,16 +32,26 @@ reportUnfinished(const PreparedScan& source, const PreparedScan& target)
   result.status = Status::TimeLimit;
   for (const PreparedScan* scan : {&source, &target}) {
     const PreparedData& data = scan->data();
-    const bool is_paper = data.profile == Profile::Paper2017;
     const std::string name = scan == &source ? "source" : "target";
-    for (StageReport stage : is_paper ? data.paper.stages : data.patches.stages) {
-      stage.name = name + (is_paper ? "_" : " ") + stage.name;
+    const char* separator = data.options.profile == Profile::Paper2017 ? "_" : " ";
+    for (StageReport stage : std::visit([](const auto& prepared) { return prepared.stages; }, data.scan)) {
+      stage.name = name + separator + stage.name;
       result.stages.push_back(std::move(stage));
     }
     if (!scan->isComplete() && result.message.empty())
       result.message = "the time limit ran out while the " + name + " scan was prepared, in the stage \"" +
                        unfinishedStage(data) + "\"";
   }
+  return result;
+}
+
+/// A result without a search.
+Result
+reportInvalid(const char* message)
+{
+  Result result;
+  result.status = Status::InvalidInput;
+  result.message = message;
   return result;
 }
 
@@ -52,22 +63,23 @@ PreparedScan::isComplete() const
   return data_ && unfinishedStage(*data_).empty();
 }
 
+bool
+PreparedScan::isPreparedWith(const Options& options) const
+{
+  return data_ && haveSamePreparation(data_->options, options);
+}
+
 PreparedScan
 prepareScan(const ScanView& scan, const Options& options, const Deadline& deadline)
 {
   validate(options);
   auto data = std::make_shared<PreparedData>();
-  data->profile = options.profile;
+  data->options = options;
   runInTeam(static_cast<int>(threadCount(options)), [&] {
-    // The paper takes the sensor to be at the origin: its profile believes the viewpoint unless told otherwise.
     if (options.profile == Profile::Paper2017)
-      data->paper = preparePaperScan(scan,
-                                     options,
-                                     options.viewpoint_mode == ViewpointMode::Auto ||
-                                         options.viewpoint_mode == ViewpointMode::SensorOrigin,
-                                     deadline);
+      data->scan = preparePaperScan(scan, options, deadline);
     else
-      data->patches = preparePatchScan(scan, options, deadline);
+      data->scan = preparePatchScan(scan, options, deadline);
   });
   return PreparedScan(std::move(data));
 }
@@ -101,27 +113,20 @@ registerScans(const PreparedScan& source,
               const Deadline& deadline)
 {
   validate(options);
-  if (source.empty() || target.empty()) {
-    Result result;
-    result.status = Status::InvalidInput;
-    result.message = source.empty() ? "the source scan was not prepared" : "the target scan was not prepared";
-    return result;
-  }
-  for (const PreparedScan* scan : {&source, &target}) {
-    if (scan->data().profile == options.profile)
-      continue;
-    Result result;
-    result.status = Status::InvalidInput;
-    result.message = "a scan was prepared for another profile than the one to be run";
-    return result;
-  }
+  if (source.empty() || target.empty())
+    return reportInvalid(source.empty() ? "the source scan was not prepared" : "the target scan was not prepared");
+  for (const PreparedScan* scan : {&source, &target})
+    if (scan->data().options.profile != options.profile)
+      return reportInvalid("a scan was prepared for another profile than the one to be run");
   if (!source.isComplete() || !target.isComplete())
     return reportUnfinished(source, target);
   Result result;
   runInTeam(static_cast<int>(threadCount(options)), [&] {
+    const auto& from = source.data().scan;
+    const auto& to = target.data().scan;
     result = options.profile == Profile::Paper2017
-                 ? registerPaperScans(source.data().paper, target.data().paper, options, guess, deadline)
-                 : registerPatchScans(source.data().patches, target.data().patches, options, guess, deadline);
+                 ? registerPaperScans(std::get<PaperScan>(from), std::get<PaperScan>(to), options, guess, deadline)
+                 : registerPatchScans(std::get<PatchScan>(from), std::get<PatchScan>(to), options, guess, deadline);
   });
   return result;
 }

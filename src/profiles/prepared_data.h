@@ -8,13 +8,14 @@
 
 #include <pcl_ssfr/prepared_scan.h>
 
+#include <variant>
+
 namespace pcl_ssfr {
 
-/// What the stages need of one scan, by profile.
+/// What the stages need of one scan: of Profile::Default or of Profile::Paper2017.
 struct PreparedData {
-  Profile profile = Profile::Default;
-  PatchScan patches; ///< Profile::Default
-  PaperScan paper;   ///< Profile::Paper2017
+  Options options; ///< that it was prepared with
+  std::variant<PatchScan, PaperScan> scan;
 };
 
 } // namespace pcl_ssfr

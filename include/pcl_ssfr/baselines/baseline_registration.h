@@ -4,6 +4,7 @@
 #pragma once
 
 #include <pcl_ssfr/baselines/baseline_result.h>
+#include <pcl_ssfr/detail/registration_adaptor.h>
 #include <pcl_ssfr/export.h>
 #include <pcl_ssfr/scan_view.h>
 
@@ -11,7 +12,6 @@
 #include <pcl/point_types.h>
 #include <pcl/registration/registration.h>
 
-#include <Eigen/Core>
 #include <Eigen/Geometry>
 
 #include <optional>
@@ -40,12 +40,15 @@ namespace pcl_ssfr::baselines {
  * setIndices(), setSearchMethodTarget() (for getFitnessScore() and getCorrespondences()) and
  * registerVisualizationCallback() are honoured. Ignored, and reported once by PCL_WARN when changed:
  * setTransformationEpsilon, setTransformationRotationEpsilon, setEuclideanFitnessEpsilon, setRANSACIterations,
- * setRANSACOutlierRejectionThreshold, setTransformationEstimation, setCorrespondenceEstimation and
- * addCorrespondenceRejector. setSearchMethodSource is ignored.
+ * setRANSACOutlierRejectionThreshold, setTransformationEstimation, setCorrespondenceEstimation,
+ * addCorrespondenceRejector and setSearchMethodSource. getFinalNumIteration() is the number of steps or samples.
  */
 template <typename PointSource, typename PointTarget, typename Scalar = float>
-class PCL_SSFR_EXPORT BaselineRegistration : public pcl::Registration<PointSource, PointTarget, Scalar> {
+class PCL_SSFR_EXPORT BaselineRegistration
+    : public pcl_ssfr::detail::RegistrationAdaptor<PointSource, PointTarget, Scalar> {
 public:
+  /// What it has in common with the other registration classes of this library.
+  using Adaptor = pcl_ssfr::detail::RegistrationAdaptor<PointSource, PointTarget, Scalar>;
   /// The base class.
   using Base = pcl::Registration<PointSource, PointTarget, Scalar>;
   /// This class.
@@ -55,42 +58,14 @@ public:
   /// Shared pointer to a constant one.
   using ConstPtr = pcl::shared_ptr<const Self>;
 
-  using typename Base::Matrix4;
-  using typename Base::PointCloudSource;
-  using typename Base::PointCloudSourceConstPtr;
-  using typename Base::PointCloudTarget;
-  using typename Base::PointCloudTargetConstPtr;
-  using typename Base::PointIndicesConstPtr;
+  using typename Adaptor::Matrix4;
+  using typename Adaptor::PointCloudSource;
+  using typename Adaptor::PointCloudSourceConstPtr;
+  using typename Adaptor::PointCloudTarget;
+  using typename Adaptor::PointCloudTargetConstPtr;
+  using typename Adaptor::PointIndicesConstPtr;
 
   ~BaselineRegistration() override = default;
-
-  // As for pcl::IterativeClosestPoint: a copy would share the search tree of the base.
-  BaselineRegistration(const BaselineRegistration&) = delete;
-  BaselineRegistration(BaselineRegistration&&) = delete;
-  BaselineRegistration&
-  operator=(const BaselineRegistration&) = delete;
-  BaselineRegistration&
-  operator=(BaselineRegistration&&) = delete;
-
-  /// Set the scan to move; a null or empty one is refused with PCL_ERROR.
-  void
-  setInputSource(const PointCloudSourceConstPtr& cloud) override;
-  /// Set the scan to register to; a null or empty one is refused with PCL_ERROR.
-  void
-  setInputTarget(const PointCloudTargetConstPtr& cloud) override;
-
-  /// Register and return only these points of the source. Null: all points again.
-  void
-  setIndices(const pcl::IndicesPtr& indices) override;
-  /// \overload
-  void
-  setIndices(const pcl::IndicesConstPtr& indices) override;
-  /// \overload
-  void
-  setIndices(const PointIndicesConstPtr& indices) override;
-  /// A rectangle of an organised source, which must have been set before.
-  void
-  setIndices(std::size_t row_start, std::size_t col_start, std::size_t nb_rows, std::size_t nb_cols) override;
 
   /// Number of threads; 0 (default): all processors. The result does not depend on it.
   void
@@ -111,47 +86,16 @@ public:
   {
     return result_.message;
   }
-  /// Steps or samples that the last align() took.
-  int
-  getFinalNumIteration() const
-  {
-    return nr_iterations_;
-  }
-  /** \brief Indexed points of the source and their nearest points of the target within the distance threshold, under
-   * the last accepted pose. `distance` is *squared* [m^2]. Empty when nothing was accepted.
-   */
-  pcl::CorrespondencesConstPtr
-  getCorrespondences() const
-  {
-    return correspondences_;
-  }
 
 protected:
-  using Base::converged_;
-  using Base::corr_dist_threshold_;
-  using Base::correspondence_estimation_;
-  using Base::correspondence_rejectors_;
-  using Base::correspondences_;
-  using Base::euclidean_fitness_epsilon_;
-  using Base::fake_indices_;
-  using Base::final_transformation_;
-  using Base::getClassName;
-  using Base::indices_;
-  using Base::inlier_threshold_;
-  using Base::input_;
-  using Base::max_iterations_;
-  using Base::nr_iterations_;
-  using Base::previous_transformation_;
-  using Base::ransac_iterations_;
-  using Base::reg_name_;
-  using Base::target_;
-  using Base::target_cloud_updated_;
-  using Base::transformation_;
-  using Base::transformation_epsilon_;
-  using Base::transformation_estimation_;
-  using Base::transformation_rotation_epsilon_;
-  using Base::tree_;
-  using Base::update_visualizer_;
+  using Adaptor::fake_indices_;
+  using Adaptor::getClassName;
+  using Adaptor::indices_;
+  using Adaptor::input_;
+  using Adaptor::max_iterations_;
+  using Adaptor::target_;
+
+  using typename Adaptor::Answer;
 
   /// \p name is what PCL prints as the class; setMaximumIterations() starts at 0, "as the method sees fit".
   explicit BaselineRegistration(const char* name);
@@ -165,36 +109,20 @@ protected:
   virtual BaselineResult
   runMethod(const ScanView& source, const ScanView& target, const std::optional<Eigen::Isometry3d>& guess) const = 0;
 
-  /// setMaxCorrespondenceDistance() [m]; 0 when it is unset or no distance.
-  double
-  distanceThreshold() const;
-  /// Threads to use, at least 1.
   unsigned
-  threads() const;
-
-  /// Called by align() of the base once the clouds are known to be set: runs the method and fills the output.
-  void
-  computeTransformation(PointCloudSource& output, const Matrix4& guess) final;
+  /// Threads to use, at least 1.
+  threads() const override;
 
 private:
+  Answer
+  findPose(const std::optional<Eigen::Isometry3d>& guess) final;
   void
-  resetResult();
-  /// Copy the indices without those outside the source.
+  reject(const std::string& problem) final;
   void
-  cleanIndices(const char* setter);
-  void
-  warnOfIgnoredSettings();
-  /// Why \p output cannot be written without harm; empty when it can.
-  std::string
-  aliasingProblem(const PointCloudSource& output) const;
-  void
-  findCorrespondences();
-  void
-  notifyVisualizer();
+  clearResult() final;
 
   BaselineResult result_;
   unsigned threads_ = 0;
-  bool warned_ = false;
 
 public:
   PCL_MAKE_ALIGNED_OPERATOR_NEW

@@ -5,7 +5,7 @@
 
 #include <pcl_ssfr/baselines/baseline_registration.h>
 #include <pcl_ssfr/baselines/baseline_result.h>
-#include <pcl_ssfr/baselines/time_limit_clock.h>
+#include <pcl_ssfr/deadline.h>
 #include <pcl_ssfr/export.h>
 #include <pcl_ssfr/scan_view.h>
 

@@ -11,12 +11,14 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include <cmath>
 #include <cstddef>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
 
-/// Parts of StructuredSceneRegistration that do not depend on the point type; not for users.
+/// Parts of the registration classes that do not depend on the point type; not for users.
 namespace pcl_ssfr::detail {
 
 /// True when validate() accepts \p candidate; otherwise a PCL_ERROR that names the \p setter and quotes the reason.
@@ -31,12 +33,12 @@ reportError(const std::string& class_name, const char* setter, const std::string
 PCL_SSFR_EXPORT void
 reportWarning(const std::string& class_name, const char* where, const std::string& text);
 
-/** \brief The options of \p profile with everything kept that a user sets by name in \p previous: the paper's three
- * parameters, leaf, viewpoint mode, gravity, overlap radius, refinement steps, threads, time limit and candidates
- * listed.
- */
-PCL_SSFR_EXPORT Options
-switchProfile(const Options& previous, Profile profile);
+/// Default of pcl::Registration::setMaxCorrespondenceDistance(): "not set" (it is not even finite as a float).
+inline const double kUnsetCorrespondenceDistance = std::sqrt(std::numeric_limits<double>::max());
+
+/// The prior with unit vectors; nothing unless both directions are finite and not 0, and \p tolerance is in (0, pi].
+PCL_SSFR_EXPORT std::optional<GravityPrior>
+gravityPrior(const Eigen::Vector3d& up_source, const Eigen::Vector3d& up_target, double tolerance);
 
 /// The rigid motion nearest to \p guess; nothing when it is not finite or far from rigid (scale, shear, mirror).
 PCL_SSFR_EXPORT std::optional<Eigen::Isometry3d>
@@ -49,6 +51,10 @@ rigidMatrix(const Eigen::Isometry3d& T);
 /// Drop the indices outside [0, size); the number dropped.
 PCL_SSFR_EXPORT std::size_t
 dropOutOfRange(pcl::Indices& indices, std::size_t size);
+
+/// 0, 1, ..., size - 1.
+PCL_SSFR_EXPORT pcl::Indices
+everyIndex(std::size_t size);
 
 /// True when \p indices is 0, 1, ..., size - 1.
 PCL_SSFR_EXPORT bool

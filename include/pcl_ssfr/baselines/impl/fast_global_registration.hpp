@@ -17,7 +17,7 @@ FastGlobalOptions
 FastGlobalRegistration<PointSource, PointTarget, Scalar>::getOptions() const
 {
   FastGlobalOptions options = options_;
-  options.distance_threshold = this->distanceThreshold();
+  options.distance_threshold = this->maxCorrespondenceDistance();
   options.iterations = this->max_iterations_;
   options.threads = this->threads();
   return options;

@@ -13,7 +13,7 @@ GoIcpOptions
 GoIcp<PointSource, PointTarget, Scalar>::getOptions() const
 {
   GoIcpOptions options = options_;
-  options.inlier_distance = this->distanceThreshold();
+  options.inlier_distance = this->maxCorrespondenceDistance();
   options.icp_iterations = this->max_iterations_;
   options.threads = this->threads();
   return options;

@@ -17,7 +17,7 @@ Super4PcsOptions
 Super4PCS<PointSource, PointTarget, Scalar>::getOptions() const
 {
   Super4PcsOptions options = options_;
-  options.distance_threshold = this->distanceThreshold();
+  options.distance_threshold = this->maxCorrespondenceDistance();
   options.max_bases = this->max_iterations_;
   options.threads = this->threads();
   return options;
