@@ -168,4 +168,14 @@ unobservableDirections(const PoseUncertainty& uncertainty, const UncertaintyBoun
   return open;
 }
 
+std::vector<PrincipalMotion>
+motionsToExplore(const PoseUncertainty& uncertainty, double scale, const UncertaintyBounds& bounds)
+{
+  std::vector<PrincipalMotion> motions;
+  for (const PrincipalMotion& m : uncertainty.motions)
+    if (m.deviation > bounds.explored * scale)
+      motions.push_back(m);
+  return motions;
+}
+
 } // namespace pcl_ssfr
