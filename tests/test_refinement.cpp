@@ -5,6 +5,7 @@
 #include "pose_matchers.h"
 #include "refinement/refinement.h"
 
+#include <Eigen/Eigenvalues>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -139,8 +140,10 @@ TEST_F(RefinementOfTheRoom, EitherHalfOfThePolishIsEnough)
   ASSERT_GT(target_.surface.points.cols(), 1);
   const Eigen::Isometry3d start =
       smallMotion(0.02, Eigen::Vector3d(1, -2, 1), Eigen::Vector3d(0.05, 0.04, -0.06)) * truth_;
-  const SurfacePoints one_source{source_.surface.points.leftCols(1), source_.surface.normals.leftCols(1)};
-  const SurfacePoints one_target{target_.surface.points.leftCols(1), target_.surface.normals.leftCols(1)};
+  const auto firstOf = [](const SurfacePoints& all) {
+    return SurfacePoints{all.points.leftCols(1), all.normals.leftCols(1), {all.patches.front()}, all.facing};
+  };
+  const SurfacePoints one_source = firstOf(source_.surface), one_target = firstOf(target_.surface);
   const Refinement by_target =
       refineMutual(one_source, source_.index, target_.surface, target_.index, start, options());
   const Refinement by_source =
@@ -196,6 +199,25 @@ TEST_F(RefinementOfTheRoom, ThePolishSumsOverThePointsOfBothScans)
       static_cast<double>(refined.matches), static_cast<double>(matches), 2); // rounding at the bounds of a match
   EXPECT_NEAR(refined.weight, weight, 1e-3 * weight);
   EXPECT_LT((refined.hessian - hessian).norm(), 1e-3 * hessian.norm()) << refined.hessian << "\n\n" << hessian;
+}
+
+TEST_F(RefinementOfTheRoom, TheStatisticsOfThePolishAreThoseAtItsEnd)
+{
+  RefinementOptions settled = options();
+  settled.steps = 30;
+  const Refinement refined =
+      refineMutual(source_.surface, source_.index, target_.surface, target_.index, truth_, settled);
+  const Matrix6& curvature = refined.statistics.curvature;
+  // Small residuals: the derivative of the robust function is nearly its weight.
+  EXPECT_LT((curvature - refined.hessian).norm(), 0.3 * refined.hessian.norm());
+  EXPECT_GT(Eigen::SelfAdjointEigenSolver<Matrix6>(refined.statistics.scatter).eigenvalues()[0], 0);
+  // What does not face its sensor determines the pose less than it seems to, but scatters as much.
+  SurfacePoints blind = source_.surface;
+  std::fill(blind.facing.begin(), blind.facing.end(), std::uint8_t{0});
+  const Refinement of_blind = refineMutual(blind, source_.index, target_.surface, target_.index, truth_, settled);
+  EXPECT_TRUE(of_blind.T_target_source.isApprox(refined.T_target_source, 0)); // the pose is the same
+  EXPECT_TRUE(of_blind.statistics.curvature.isApprox(0.2 * curvature, 1e-12));
+  EXPECT_TRUE(of_blind.statistics.scatter == refined.statistics.scatter);
 }
 
 TEST_F(RefinementOfTheRoom, TruthStays)

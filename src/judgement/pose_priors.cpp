@@ -128,7 +128,8 @@ PosePriors::rotationInformation() const
     known += information(tolerance_.rotation) * Eigen::Matrix3d::Identity();
   if (gravity_) {
     const Eigen::Vector3d up = gravity_->up_target.normalized();
-    known += information(gravity_->tolerance / kToleranceDeviations) * (Eigen::Matrix3d::Identity() - up * up.transpose());
+    known +=
+        information(gravity_->tolerance / kToleranceDeviations) * (Eigen::Matrix3d::Identity() - up * up.transpose());
   }
   return known;
 }

@@ -138,9 +138,9 @@ poseUncertainty(const Refinement& polish, double noise_floor, const Eigen::Matri
   if (!(units[0] > 0))
     return result;
   const auto scaled = [&](const Matrix6& m) { return Matrix6(units.asDiagonal() * m * units.asDiagonal()); };
-  Matrix6 information =
-      sandwichInformation(scaled(polish.statistics.curvature),
-                          scaled(polish.statistics.scatter + noise_floor * noise_floor * polish.statistics.unit_scatter));
+  Matrix6 information = sandwichInformation(
+      scaled(polish.statistics.curvature),
+      scaled(polish.statistics.scatter + noise_floor * noise_floor * polish.statistics.unit_scatter));
   information.topLeftCorner<3, 3>() += units[0] * units[0] * rotation_prior;
   if (!information.allFinite())
     return result;
@@ -166,6 +166,16 @@ unobservableDirections(const PoseUncertainty& uncertainty, const UncertaintyBoun
     if (r.deviation > bounds.max_rotation)
       open.push_back({r.axis, true, r.strength});
   return open;
+}
+
+std::vector<PrincipalMotion>
+motionsToExplore(const PoseUncertainty& uncertainty, double scale, const UncertaintyBounds& bounds)
+{
+  std::vector<PrincipalMotion> motions;
+  for (const PrincipalMotion& m : uncertainty.motions)
+    if (m.deviation > bounds.explored * scale)
+      motions.push_back(m);
+  return motions;
 }
 
 } // namespace pcl_ssfr

@@ -80,14 +80,16 @@ poseUncertainty(const Refinement& polish,
                 double noise_floor,
                 const Eigen::Matrix3d& rotation_prior = Eigen::Matrix3d::Zero());
 
-/// What the decision makes of an uncertainty.
+/// The three numbers by which an uncertainty is judged.
 struct UncertaintyBounds {
-  /// Least strength of a translation that is determined. Relative, as no deviation tells it: in a corridor without an
-  /// end small tilted patches err alike in both scans, and claim a place along it.
+  /// Least strength of a translation that is determined. Relative, because no deviation tells it: in a corridor without
+  /// an end small tilted patches err alike in both scans, and claim a place along it to a few centimetres.
   double min_translation = 0.005;
-  /// Largest standard deviation of a rotation that is determined [rad].
-  double max_rotation = 0.0175;
-  /// Standard deviation of the matched surface [m] from which on a motion may lead to another optimum, at scale 1.
+  /// Largest standard deviation of a rotation that is determined [rad]: one degree, as a pose should be known to two
+  /// with two standard deviations.
+  double max_rotation = 0.01745;
+  /// Standard deviation of the matched surface along a motion from which on the pose may be in the wrong one of several
+  /// optima [m], at scale 1: these lie 0.15 m apart and more.
   double explored = 0.005;
 };
 
@@ -95,5 +97,9 @@ struct UncertaintyBounds {
 /// that are not known well enough. Least determined first of each kind; empty when nothing matched.
 std::vector<UnobservableDirection>
 unobservableDirections(const PoseUncertainty& uncertainty, const UncertaintyBounds& bounds = {});
+
+/// The motions along which neighbouring optima are worth a look, least determined first. \param[in] scale of the scene
+std::vector<PrincipalMotion>
+motionsToExplore(const PoseUncertainty& uncertainty, double scale, const UncertaintyBounds& bounds = {});
 
 } // namespace pcl_ssfr

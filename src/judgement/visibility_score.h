@@ -18,7 +18,8 @@ struct VisibilityOptions {
   float free_margin = 0.3f;   ///< ... less this [m]: hangs in free space
   float hidden_ratio = 1.05f; ///< farther than this share of the farthest return ...
   float hidden_margin = 0.3f; ///< ... plus this [m]: hidden behind what was seen
-  double min_facing = kMinFacing; ///< |cosine| between a normal and a line of sight from which on a sample faces that sensor
+  double min_facing =
+      kMinFacing; ///< |cosine| between a normal and a line of sight from which on a sample faces that sensor
 };
 
 /// Evidence for and against a pose, each sample weighted by the fourth root of its area [m^2]: a patch is one

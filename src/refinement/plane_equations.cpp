@@ -158,15 +158,14 @@ EquationStatisticsSum::add(std::size_t source_patch,
                            const Eigen::Vector3d& n,
                            double r,
                            double weight,
-                           bool determines)
+                           double share)
 {
   Vector6 jacobian;
   jacobian << p.cross(n), n;
   const double q = square_ / (square_ + r * r);
   const double w = weight * q * q;
   // psi = r q^2; its derivative is q^2 (1 - 4 r^2 / (scale^2 + r^2)), and r^2 / (scale^2 + r^2) = 1 - q.
-  if (determines)
-    sums_.curvature.noalias() += (w * (4 * q - 3)) * jacobian * jacobian.transpose();
+  sums_.curvature.noalias() += (share * w * (4 * q - 3)) * jacobian * jacobian.transpose();
   sums_.unit_scatter.noalias() += (w * w) * jacobian * jacobian.transpose();
   for (const std::size_t patch : {source_patch, source_patches_ + target_patch}) {
     patches_[patch].gradient += (w * r) * jacobian;

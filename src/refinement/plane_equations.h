@@ -92,15 +92,14 @@ addMatches(PlaneMatches& matches, double scale, double most, PlaneEquations& equ
 void
 addSpread(const PlaneMatches& matches, const MatchSpread& spread, PlaneEquations& equations);
 
-/** \brief How plane distances that are weighed as by addMatches() react to a small motion, and by how much what they say
- * of it scatters from patch to patch: what the covariance of the pose needs (pose_uncertainty.h).
+/** \brief How plane distances that are weighed as by addMatches() react to a small motion, and by how much what they
+ * say of it scatters from patch to patch: what the covariance of the pose needs (pose_uncertainty.h).
  */
 struct EquationStatistics {
   using Matrix6 = PlaneEquations::Matrix6;
 
   /// Derivative of the gradient: sum of weight psi'(r) J J^T, psi being the robust function that addMatches() sums.
-  /// Matches at the far end of psi count against it, so what finds a partner wherever the pose is adds next to nothing.
-  /// May have negative eigenvalues where the matches determine nothing.
+  /// Matches at the far end of psi count against it. May have negative eigenvalues where they determine nothing.
   Matrix6 curvature = Matrix6::Zero();
   /// Sum over the patches of both scans of s s^T, where s is what the matches of one patch add to the gradient
   /// (units of the gradient, squared). Points on a patch err alike, patches err independently.
@@ -119,7 +118,7 @@ public:
    * \param[in] source_patch patch of the source that it involves: of the place, or the plane \param[in] target_patch
    * the same of the target \param[in] p place relative to the centre [m] \param[in] n unit normal of the plane
    * \param[in] r distance along it [m] \param[in] weight before the robust one
-   * \param[in] determines false: it belongs to no surface, so it tells no motion; it scatters all the same
+   * \param[in] share of its curvature that counts, [0, 1]; it scatters all the same
    */
   void
   add(std::size_t source_patch,
@@ -128,7 +127,7 @@ public:
       const Eigen::Vector3d& n,
       double r,
       double weight,
-      bool determines);
+      double share);
 
   EquationStatistics
   statistics() const;

@@ -18,6 +18,10 @@ namespace {
 constexpr double kKeptMatches = 0.02; // of the final distance: motion of the pose that leaves the matches as they are
 constexpr double kLeverArm = 5;       // [m] makes rotations and translations comparable in the eigenvalue test
 constexpr double kLeastRms = 0.01;    // of the final distance: what matches are good to, at best
+// Share of the curvature that matches keep where a patch does not face its sensor: they are found again wherever the
+// pose is, so they pull less than their distances say. Fitted by likelihood to the errors of 285 pairs of four
+// simulated sensors; 0.1 to 0.3 are as good for those with 32 rings and more, of which few matches are such.
+constexpr double kUnseenCurvature = 0.2;
 
 /// What a step of a refinement starts from.
 struct Step {
@@ -187,7 +191,8 @@ refinePatches(const PlanarPatches& source,
               const RefinementOptions& options)
 {
   if (source.size() == 0)
-    return refine(T_target_source, Eigen::Vector3d::Zero(), options, [](const auto&...) {}, noStatistics);
+    return refine(
+        T_target_source, Eigen::Vector3d::Zero(), options, [](const auto&...) {}, noStatistics);
   const Eigen::Vector3d centre = T_target_source * Eigen::Vector3d(source.samples.points.rowwise().mean());
   std::vector<int> found(static_cast<std::size_t>(source.size()), -1);
   const auto accumulate = [&](const Step& step, PlaneEquations& equations) {
@@ -258,7 +263,8 @@ refineMutual(const SurfacePoints& source,
              const RefinementOptions& options)
 {
   if (source.points.cols() == 0 || target.points.cols() == 0)
-    return refine(T_target_source, Eigen::Vector3d::Zero(), options, [](const auto&...) {}, noStatistics);
+    return refine(
+        T_target_source, Eigen::Vector3d::Zero(), options, [](const auto&...) {}, noStatistics);
   const Eigen::Vector3d centre = T_target_source * Eigen::Vector3d(source.points.cast<double>().rowwise().mean());
   std::vector<int> found_of_source(static_cast<std::size_t>(source.points.cols()), -1);
   std::vector<int> found_of_target(static_cast<std::size_t>(target.points.cols()), -1);
@@ -288,6 +294,9 @@ refineMutual(const SurfacePoints& source,
   };
   const auto conclude = [&](const Step& step) {
     const Eigen::Isometry3d& T = step.T_target_source;
+    const auto shareOf = [&](std::size_t s, std::size_t t) {
+      return source.facing[s] && target.facing[t] ? 1 : kUnseenCurvature;
+    };
     EquationStatisticsSum sum(source.facing.size(), target.facing.size(), step.scale);
     for (std::size_t i = 0; i < found_of_source.size(); ++i) {
       if (found_of_source[i] < 0)
@@ -297,7 +306,7 @@ refineMutual(const SurfacePoints& source,
       const auto s = static_cast<std::size_t>(source.patches[i]);
       const auto t = static_cast<std::size_t>(found_of_source[i]);
       if (std::abs(at.distance) < step.farthest())
-        sum.add(s, t, p - centre, at.normal, at.distance, 1 / at.variance, source.facing[s] && target.facing[t]);
+        sum.add(s, t, p - centre, at.normal, at.distance, 1 / at.variance, shareOf(s, t));
     }
     const Eigen::Isometry3d T_source_target = T.inverse();
     for (std::size_t i = 0; i < found_of_target.size(); ++i) {
@@ -308,13 +317,7 @@ refineMutual(const SurfacePoints& source,
       const auto s = static_cast<std::size_t>(found_of_target[i]);
       const auto t = static_cast<std::size_t>(target.patches[i]);
       if (std::abs(at.distance) < step.farthest())
-        sum.add(s,
-                t,
-                q - centre,
-                T.linear() * at.normal,
-                -at.distance,
-                1 / at.variance,
-                source.facing[s] && target.facing[t]);
+        sum.add(s, t, q - centre, T.linear() * at.normal, -at.distance, 1 / at.variance, shareOf(s, t));
     }
     return sum.statistics();
   };

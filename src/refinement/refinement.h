@@ -65,8 +65,8 @@ refinePatches(const PlanarPatches& source,
 
 /// Points on the surface of a scan, for the final polish.
 struct SurfacePoints {
-  Eigen::Matrix3Xf points;  ///< 3 x N [m]
-  Eigen::Matrix3Xf normals; ///< unit, 3 x N
+  Eigen::Matrix3Xf points;           ///< 3 x N [m]
+  Eigen::Matrix3Xf normals;          ///< unit, 3 x N
   std::vector<std::int32_t> patches; ///< the patch that each lies on: its index in the scan's PlanarPatches, N
   std::vector<std::uint8_t> facing;  ///< of each patch of the scan: 1 when it faces its sensor (kMinFacing), else 0
 };
@@ -80,9 +80,9 @@ drawSurfacePoints(const ThinnedCloud& cloud, const PlanarPatches& patches, int d
 
 /** \brief The final polish: points of each scan onto the planes of the other, both ways in one system.
  *
- * Patches that do not face their sensor are lines of points that noise spreads to a plane. As lines of one sensor lie
- * alike in every scan they find partners at any pose: they take part in the steps, but Refinement::statistics counts
- * them as telling no motion.
+ * Patches that do not face their sensor are lines of points that noise spreads to a plane. Lines of one sensor lie
+ * alike in every scan and find partners at any pose: they take part in the steps, but Refinement::statistics counts a
+ * share of their curvature only.
  */
 Refinement
 refineMutual(const SurfacePoints& source,

@@ -52,21 +52,25 @@ hessianAbout(const Matches& m, const Eigen::Vector3d& centre)
   return hessian;
 }
 
+/// Each match is on patches of its own, and its distance errs by \p deviation [m].
 inline Refinement
-refinementOf(const Matches& m, const Eigen::Vector3d& centre)
+refinementOf(const Matches& m, const Eigen::Vector3d& centre, double deviation = 0.01)
 {
   Refinement r;
   r.hessian = hessianAbout(m, centre);
   r.centre = centre;
   r.matches = m.points.cols();
   r.weight = static_cast<double>(r.matches);
+  r.rms = deviation;
+  r.statistics.curvature = r.statistics.unit_scatter = r.hessian;
+  r.statistics.scatter = deviation * deviation * r.hessian;
   return r;
 }
 
 inline Refinement
-refinementOf(const Matches& m)
+refinementOf(const Matches& m, double deviation = 0.01)
 {
-  return refinementOf(m, m.points.rowwise().mean());
+  return refinementOf(m, m.points.rowwise().mean(), deviation);
 }
 
 } // namespace pcl_ssfr::testing
