@@ -245,6 +245,7 @@ validate(const Options& options)
   requireAtLeast("max_candidates", options.max_candidates, 1);
   requireShare("min_confidence", options.min_confidence);
   validatePatches(options.patches);
+  validate(options.patch_profile);
   validateNormals(options.normals);
   validateDensity(options.density);
   validateMeanShift(options.mean_shift);
