@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <set>
 
 namespace pcl_ssfr {
 namespace {
@@ -19,21 +18,12 @@ using testing::kMaxFloat;
 using testing::kNan;
 
 constexpr double kCell = 0.01745;
-constexpr double kMargin = 0.3;
 
 Eigen::Vector3f
 randomDirection(testing::Random& random)
 {
   const Eigen::Vector3d d(random.gaussian(), random.gaussian(), random.gaussian());
   return d.normalized().cast<float>();
-}
-
-Eigen::Matrix3Xf
-concatenated(const Eigen::Matrix3Xf& a, const Eigen::Matrix3Xf& b)
-{
-  Eigen::Matrix3Xf both(3, a.cols() + b.cols());
-  both << a, b;
-  return both;
 }
 
 TEST(RangeImage, ByHand)
@@ -177,159 +167,21 @@ TEST(RangeImage, SkipsWhatIsNoReturn)
     EXPECT_EQ(nowhere.nearest(c), 0);
 }
 
-TEST(TwoDepthShare, ByHand)
+TEST(DepthSpans, AreTheNearestAndTheFarthestReturn)
 {
-  Eigen::Matrix3Xf points(3, 7);
-  points.col(0) << 2, 0, 0; // two depths
+  Eigen::Matrix3Xf points(3, 4);
+  points.col(0) << 2, 0, 0;
   points.col(1) << 4, 0, 0;
-  points.col(2) << 0, 2, 0; // one, twice: 3.2 < 1.5 * 2 + 0.3
-  points.col(3) << 0, 3.2f, 0;
-  points.col(4) << 0, 0, 2; // a single return tells nothing
-  points.col(5) << 0, -2, 0;
-  points.col(6) << 0, -2.1f, 0;
-  EXPECT_NEAR(twoDepthShare(points, Eigen::Vector3f::Zero(), kCell, kMargin), 1.0 / 3, 1e-12);
-  EXPECT_NEAR(twoDepthShare(points, Eigen::Vector3f::Zero(), kCell, 0.1), 2.0 / 3, 1e-12);
-  EXPECT_EQ(twoDepthShare(points.leftCols(1), Eigen::Vector3f::Zero(), kCell, kMargin), 0);
-  EXPECT_EQ(twoDepthShare(Eigen::Matrix3Xf(3, 0), Eigen::Vector3f::Zero(), kCell, kMargin), 0);
-  EXPECT_EQ(twoDepthShare(Eigen::Matrix3Xf::Constant(3, 9, kNan), Eigen::Vector3f::Zero(), kCell, kMargin), 0);
-}
-
-class Viewpoint : public ::testing::Test {
-protected:
-  /// What the sensor at a station sees, in the world's axes, with the station at the origin.
-  Eigen::Matrix3Xf
-  scanFrom(const Eigen::Vector3d& station, std::uint64_t seed) const
-  {
-    return testing::castScan(scene_, testing::sensorPose(station, 0), testing::roomScanner(0.01), seed);
-  }
-
-  testing::Scene scene_ = testing::makeFurnishedRoom(3);
-};
-
-TEST_F(Viewpoint, OfTheSensorIsPlausibleAndOthersAreNot)
-{
-  for (std::size_t s = 0; s < scene_.stations.size(); ++s) {
-    const Eigen::Matrix3Xf scan = scanFrom(scene_.stations[s], s);
-    EXPECT_TRUE(isPlausibleViewpoint(scan, Eigen::Vector3f::Zero(), 1)) << "station " << s;
-    EXPECT_FALSE(isPlausibleViewpoint(scan, Eigen::Vector3f(1e6f, 0, 0), 1)) << "station " << s;
-    EXPECT_FALSE(isPlausibleViewpoint(scan, Eigen::Vector3f(0, -100, 20), 1)) << "station " << s;
-    const double here = twoDepthShare(scan, Eigen::Vector3f::Zero(), kCell, kMargin);
-    for (const Eigen::Vector3f& moved : {Eigen::Vector3f(2.5f, 0, 0), Eigen::Vector3f(0, -2.5f, 0)})
-      EXPECT_GT(twoDepthShare(scan, moved, kCell, kMargin), 1.5 * here) << "station " << s;
-  }
-}
-
-TEST_F(Viewpoint, OfAMapMadeOfScansIsNone)
-{
-  for (std::size_t a = 0; a < scene_.stations.size(); ++a)
-    for (std::size_t b = 0; b < a; ++b) {
-      SCOPED_TRACE(::testing::Message() << "stations " << a << " and " << b);
-      const Eigen::Matrix3Xf scan = scanFrom(scene_.stations[a], 1);
-      Eigen::Matrix3Xf second = scanFrom(scene_.stations[b], 2);
-      second.colwise() += (scene_.stations[b] - scene_.stations[a]).cast<float>();
-      const Eigen::Matrix3Xf merged = concatenated(scan, second);
-      EXPECT_GT(twoDepthShare(merged, Eigen::Vector3f::Zero(), kCell, kMargin),
-                2 * twoDepthShare(scan, Eigen::Vector3f::Zero(), kCell, kMargin));
-      // The frame of a map made of them, some corner of the building. (The sensor of either is still a viewpoint.)
-      EXPECT_FALSE(isPlausibleViewpoint(merged, Eigen::Vector3f(-12, -9, 0), 1));
-    }
-}
-
-TEST_F(Viewpoint, ScalesWithTheScene)
-{
-  const Eigen::Matrix3Xf scan = scanFrom(scene_.stations[0], 1);
-  for (const float scale : {0.001f, 1000.f}) {
-    EXPECT_TRUE(isPlausibleViewpoint(scan * scale, Eigen::Vector3f::Zero(), static_cast<double>(scale)));
-    EXPECT_FALSE(isPlausibleViewpoint(scan * scale, Eigen::Vector3f(0, 50 * scale, 0), static_cast<double>(scale)));
-  }
-}
-
-TEST_F(Viewpoint, IsFoundInTheFrameOfABuilding)
-{
-  const Eigen::Vector3f corner(31, -18, 4);
-  for (std::size_t s = 0; s < scene_.stations.size(); ++s) {
-    SCOPED_TRACE(::testing::Message() << "station " << s);
-    Eigen::Matrix3Xf scan = scanFrom(scene_.stations[s], s);
-    scan.colwise() += corner;
-    const std::optional<Eigen::Vector3f> place = findViewpoint(scan, scan, 1, 1);
-    ASSERT_TRUE(place);
-    EXPECT_LT((*place - corner).norm(), 0.5f);
-    EXPECT_TRUE(isPlausibleViewpoint(scan, *place, 1));
-    // Same bits for any number of threads.
-    for (const unsigned threads : {2u, 5u})
-      EXPECT_EQ(*place, findViewpoint(scan, scan, 1, threads).value());
-  }
-}
-
-TEST_F(Viewpoint, FoundScalesWithTheScene)
-{
-  const Eigen::Matrix3Xf scan = scanFrom(scene_.stations[0], 1);
-  for (const float scale : {0.001f, 1000.f}) {
-    const Eigen::Matrix3Xf scaled = scan * scale;
-    const std::optional<Eigen::Vector3f> place = findViewpoint(scaled, scaled, static_cast<double>(scale), 1);
-    ASSERT_TRUE(place);
-    EXPECT_LT(place->norm(), 0.5f * scale);
-  }
-}
-
-TEST_F(Viewpoint, NoneIsFoundWhereTheDoubtedOneDoesNearlyAsWell)
-{
-  const Eigen::Matrix3Xf scan = scanFrom(scene_.stations[0], 1);
-  const Eigen::Vector3f sensor = Eigen::Vector3f::Zero();
-  const Eigen::Vector3f elsewhere(-12, 9, 0);
-  EXPECT_FALSE(findViewpoint(scan, scan, 1, 1, &sensor));
-  EXPECT_EQ(findViewpoint(scan, scan, 1, 1, &elsewhere), findViewpoint(scan, scan, 1, 1));
-}
-
-TEST(FoundViewpoint, OfRoomsScannedThroughAWallIsNone)
-{
-  // Four closed rooms in a square: from each place, the walls of three rooms hide behind those of the fourth.
-  Eigen::Matrix3Xf merged(3, 0);
-  for (const Eigen::Vector3f& room : {Eigen::Vector3f(0, 0, 0),
-                                      Eigen::Vector3f(6.2f, 0, 0),
-                                      Eigen::Vector3f(0, 5.2f, 0),
-                                      Eigen::Vector3f(6.2f, 5.2f, 0)}) {
-    Eigen::Matrix3Xf points = testing::samplePoints(testing::roomRectangles(), 100, 3);
-    points.colwise() += room;
-    merged = concatenated(merged, points);
-  }
-  EXPECT_FALSE(findViewpoint(merged, merged, 1, 1));
-}
-
-TEST(FoundViewpoint, AFewFarPointsDoNotMatter)
-{
-  const testing::Scene scene = testing::makeFurnishedRoom(2);
-  const Eigen::Matrix3Xf scan =
-      testing::castScan(scene, testing::sensorPose(scene.stations[0], 0.3, 0), testing::roomScanner(0.025), 5);
-  Eigen::Matrix3Xf far(3, scan.cols() / 50);
-  for (Eigen::Index i = 0; i < far.cols(); ++i)
-    far.col(i) = Eigen::Vector3f(1e6f, -1e7f, 1e5f) * static_cast<float>(1 + i % 7);
-  const Eigen::Matrix3Xf dirty = concatenated(scan, far);
-  const std::optional<Eigen::Vector3f> place = findViewpoint(dirty, scan, 1, 1);
-  ASSERT_TRUE(place);
-  EXPECT_LT(place->norm(), 0.5f);
-}
-
-TEST_F(Viewpoint, DegenerateInputIsSurvived)
-{
-  const Eigen::Matrix3Xf none(3, 0);
-  const Eigen::Matrix3Xf one = Eigen::Matrix3Xf::Constant(3, 1, 2.f);
-  EXPECT_FALSE(findViewpoint(none, none, 1, 1));
-  EXPECT_FALSE(findViewpoint(one, none, 1, 1));
-  EXPECT_FALSE(findViewpoint(none, one, 1, 1));
-  for (const float x : {0.f, 1.f, 1e6f, 1e30f, kMaxFloat})
-    for (const Eigen::Index count : {1, 100}) {
-      const Eigen::Matrix3Xf same = Eigen::Matrix3Xf::Constant(3, count, x);
-      findViewpoint(same, same, 1, 1);
-    }
-  EXPECT_FALSE(isPlausibleViewpoint(Eigen::Matrix3Xf(3, 0), Eigen::Vector3f::Zero(), 1));
-  const Eigen::Matrix3Xf scan = scanFrom(scene_.stations[0], 1);
-  EXPECT_FALSE(isPlausibleViewpoint(scan, Eigen::Vector3f::Constant(kNan), 1));
-  EXPECT_FALSE(isPlausibleViewpoint(scan, Eigen::Vector3f::Constant(kInf), 1));
-  EXPECT_FALSE(isPlausibleViewpoint(scan, Eigen::Vector3f::Constant(kMaxFloat), 1));
-  for (const float x : {0.f, 1.f, 1e6f, 1e30f, kMaxFloat, kNan, kInf})
-    for (const Eigen::Index count : {1, 100})
-      isPlausibleViewpoint(Eigen::Matrix3Xf::Constant(3, count, x), Eigen::Vector3f::Zero(), 1);
+  points.col(2) << 3, 0, 0;
+  points.col(3) << 0, 2, 0;
+  const DirectionGrid grid(kCell);
+  const std::vector<DepthSpan> spans = depthSpans(points, Eigen::Vector3f::Zero(), grid);
+  ASSERT_EQ(spans.size(), grid.size());
+  EXPECT_EQ(spans[grid.cell(Eigen::Vector3f::UnitX())].nearest, 2);
+  EXPECT_EQ(spans[grid.cell(Eigen::Vector3f::UnitX())].farthest, 4);
+  EXPECT_EQ(spans[grid.cell(Eigen::Vector3f::UnitY())].nearest, 2);
+  EXPECT_EQ(spans[grid.cell(Eigen::Vector3f::UnitY())].farthest, 2);
+  EXPECT_EQ(spans[grid.cell(Eigen::Vector3f::UnitZ())].farthest, 0);
 }
 
 } // namespace

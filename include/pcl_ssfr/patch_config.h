@@ -5,11 +5,73 @@
 
 #include <pcl_ssfr/export.h>
 
+#include <array>
+
 namespace pcl_ssfr {
 
 // The tuned numbers of Profile::Default, for those who experiment: nobody has to set them. Lengths are for a scene of
 // scale 1 (rooms to streets) and are multiplied by the scale of the pair once (METHOD, "Scale"). Where a number comes
 // from is said beside it; "fitted" means by scripts/fit_posterior.
+
+/** \brief How a scan's sensor is looked for among its points where its place is not known (METHOD point 11).
+ *
+ * A place is rated by the directions in which something is seen from it, less those in which returns lie at two depths:
+ * a sensor sees one. Places on a grid are rated by few points, the best of them moved to where they rate higher by more
+ * and more. Measured on 131 scans of 13 sets and 110 merged clouds; lengths are those at scale 1.
+ */
+struct ViewpointSearchConfig {
+  /// One level of the search. Points are drawn evenly; directions are as wide as gives one for each point.
+  struct Level {
+    int places;  ///< rated, the best of the level before; of the first level: on the grid
+    int points;  ///< that rate a place
+    double step; ///< of the grid [m], wider where it would have more places; below it: places move until none is better
+  };
+  /// With the points, the width of the directions halves from level to level, and the score of a place settles.
+  std::array<Level, 4> levels{{{1500, 1500, 1.0}, {300, 6000, 1.0}, {6, 12000, 0.25}, {2, 40000, 0.0625}}};
+  double reach = 0.25;       ///< of the grid: mean log range of the points above the least; sensors: within 0.25
+  double depth_ratio = 1.25; ///< two depths: the farthest return is beyond this multiple of the nearest and the margin;
+                             ///< with 1.5 places in car parks are 6 m off
+  double depth_margin = 0.3; ///< [m]
+  double two_depth_weight = 10; ///< of a direction with two depths, in directions that see something; with 5: as above
+  /// A place is accepted when it is rated this much higher than the mean of six places around it, as a share of the
+  /// points: all sensors of single scans but 5 of 131 are, and none 50 m off.
+  double min_contrast = 0.03;
+  double contrast_distance = 5; ///< of these places from it [m]: at 3 wide streets have no contrast, at 8 no sensor has
+};
+
+/** \brief Preparation of one scan in the default profile. Lengths are those at scale 1 [m], of rooms to streets; the
+ * scale of the scene multiplies them once, see scaled().
+ */
+struct PreparationConfig {
+  // Scale of the scene.
+  double smallest_radius = 1.5; ///< scenes of a radius (see ScanExtent) from this ...
+  double largest_radius = 120;  ///< ... to this have scale 1 [m]
+  int min_points_per_cell = 12; ///< thinned points in the coarsest cell of a typical point; else the scale is doubled
+
+  // Patches.
+  double leaf = 0.025;       ///< spacing of thinned points; patches have edges of 8 to 64 leaves [m]
+  double thickness = 0.03;   ///< largest standard deviation across a patch of a scan of usual noise [m]
+  double max_noise = 4;      ///< noisy scans may have patches up to so many times as thick
+  double thin_share = 0.25;  ///< of the surface, the thinnest: clutter leaves it alone, so it shows the noise
+  double noise_factor = 1.6; ///< thickness that is allowed, over that of the thickest patch of the thin share
+
+  // Main normals, chords on the unit sphere.
+  int max_main_normals = 14;          ///< bound on the pairs of them that are tried as rotations
+  double density_radius = 0.1;        ///< width of the kernel; half the bandwidth, and closer modes are one
+  double silence_chord = 0.26;        ///< two densest regions are at least this far apart
+  double min_relative_density = 0.02; ///< of the densest region
+  int max_density_queries = 8192;     ///< bound on the time of scans with very many patches
+
+  // What the pair is refined and judged by.
+  double index_voxel = 0.5;      ///< edge of a voxel of the index of patches [m]
+  double range_cell = 0.01745;   ///< width of a direction of the range image [rad], (0, pi/2]
+  int coarse_patches = 600;      ///< that stand for all in the coarse refinement
+  int polish_points = 2;         ///< of each ...
+  int polish_group = 25;         ///< ... thinned points of a patch for the polish; larger groups ...
+  int max_polish_points = 20000; ///< ... where they would be more in all than this
+
+  ViewpointSearchConfig viewpoint;
+};
 
 /// One pass of the search for poses: how many of them it looks at.
 struct SearchPass {
@@ -105,9 +167,20 @@ struct JudgementConfig {
 
 /// All numbers of Profile::Default beyond the options.
 struct PatchProfileConfig {
+  PreparationConfig preparation;
   SearchConfig search;
   RefinementConfig refinement;
   JudgementConfig judgement;
 };
+
+/// The preparation of a scene of another \p scale > 0: every length that is given at scale 1 is multiplied by it.
+PCL_SSFR_EXPORT PreparationConfig
+scaled(const PreparationConfig& config, double scale);
+
+/** \brief Check every field.
+ * \throw std::invalid_argument with the text "group.name = value, must ..." for the first that is out of range.
+ */
+PCL_SSFR_EXPORT void
+validate(const PatchProfileConfig& config);
 
 } // namespace pcl_ssfr

@@ -216,6 +216,61 @@ isEqual(const PatchOptions& a, const PatchOptions& b)
 }
 
 bool
+isEqual(const ViewpointSearchConfig& a, const ViewpointSearchConfig& b)
+{
+  const auto& [levels, reach, depth_ratio, depth_margin, two_depth_weight, min_contrast, contrast_distance] = a;
+  const auto is_same_level = [](const ViewpointSearchConfig::Level& x, const ViewpointSearchConfig::Level& y) {
+    const auto& [places, points, step] = x;
+    return std::tie(places, points, step) == std::tie(y.places, y.points, y.step);
+  };
+  return std::equal(levels.begin(), levels.end(), b.levels.begin(), is_same_level) &&
+         std::tie(reach, depth_ratio, depth_margin) == std::tie(b.reach, b.depth_ratio, b.depth_margin) &&
+         std::tie(two_depth_weight, min_contrast, contrast_distance) ==
+             std::tie(b.two_depth_weight, b.min_contrast, b.contrast_distance);
+}
+
+bool
+isEqual(const PreparationConfig& a, const PreparationConfig& b)
+{
+  const auto& [smallest_radius,
+               largest_radius,
+               min_points_per_cell,
+               leaf,
+               thickness,
+               max_noise,
+               thin_share,
+               noise_factor,
+               max_main_normals,
+               density_radius,
+               silence_chord,
+               min_relative_density,
+               max_density_queries,
+               index_voxel,
+               range_cell,
+               coarse_patches,
+               polish_points,
+               polish_group,
+               max_polish_points,
+               viewpoint] = a;
+  return std::tie(smallest_radius, largest_radius, min_points_per_cell, leaf, thickness, max_noise, thin_share) ==
+             std::tie(b.smallest_radius,
+                      b.largest_radius,
+                      b.min_points_per_cell,
+                      b.leaf,
+                      b.thickness,
+                      b.max_noise,
+                      b.thin_share) &&
+         std::tie(noise_factor, max_main_normals, density_radius, silence_chord, min_relative_density) ==
+             std::tie(
+                 b.noise_factor, b.max_main_normals, b.density_radius, b.silence_chord, b.min_relative_density) &&
+         std::tie(max_density_queries, index_voxel, range_cell, coarse_patches) ==
+             std::tie(b.max_density_queries, b.index_voxel, b.range_cell, b.coarse_patches) &&
+         std::tie(polish_points, polish_group, max_polish_points) ==
+             std::tie(b.polish_points, b.polish_group, b.max_polish_points) &&
+         isEqual(viewpoint, b.viewpoint);
+}
+
+bool
 isEqual(const NormalOptions& a, const NormalOptions& b)
 {
   const auto& [pre_leaf, radius, leaf, max_range, away_from_viewpoint, use_given_normals] = a;
@@ -311,7 +366,9 @@ bool
 haveSamePreparation(const Options& a, const Options& b)
 {
   return isEqual(a, b) &&
-         (a.profile == Profile::Paper2017 ? isSamePreparation(a.paper, b.paper) : isEqual(a.patches, b.patches));
+         (a.profile == Profile::Paper2017 ? isSamePreparation(a.paper, b.paper)
+                                          : isEqual(a.patches, b.patches) &&
+                                                isEqual(a.patch_profile.preparation, b.patch_profile.preparation));
 }
 
 void
@@ -340,6 +397,7 @@ validate(const Options& options)
   requireAtLeast("max_candidates", options.max_candidates, 1);
   requireShare("min_confidence", options.min_confidence);
   validatePatches(options.patches);
+  validate(options.patch_profile);
   validateNormals(options.paper.normals);
   validateDensity(options.paper.density);
   validateMeanShift(options.paper.mean_shift);

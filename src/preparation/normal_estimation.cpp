@@ -23,7 +23,7 @@ namespace {
 
 using Cloud = pcl::PointCloud<pcl::PointXYZ>;
 
-/// A given normal is believed when its norm is this near to 1.
+/// A given normal is accepted when its norm is this near to 1.
 constexpr double kUnitTolerance = 0.01;
 /// Neighbours lie on a line when their second spread is below this share of the first (variances).
 constexpr float kLineRatio = 1e-4F;
@@ -38,7 +38,7 @@ constexpr double kRadiusInResolutions = 10;
 constexpr double kSmallestRadius = 0.1, kLargestRadius = 0.9; ///< [m]
 constexpr double kLeafInRadii = 0.5;
 // A spinning sensor with few rings measures densely along a ring and sparsely across: the nearest neighbours lie on one
-// line and say nothing of the surface. r must reach the next ring around nine points in ten of those that are used.
+// line and do not determine the surface. r must reach the next ring around nine points in ten of those that are used.
 constexpr double kSurfaceShare = 0.9;
 constexpr float kSurfaceRatio = 0.1F; ///< second spread over the first (variances) of neighbours on a surface
 constexpr std::size_t kMinSurfaceNeighbors = 5;
@@ -138,8 +138,8 @@ computeCovariance(const Cloud& cloud, const pcl::Indices& indices, Eigen::Matrix
 }
 
 /** \brief The radius [m] within which kSurfaceShare of the points have neighbours that span a surface, and not a line.
- * Measured on \p columns of the cloud, one a voxel of the thinning, so that near and far surfaces count by their area.
- * At least 2 resolutions, at most kLargestRadius.
+ * Measured on \p columns of the cloud, one per voxel of the thinning, so that near and far surfaces count by their
+ * area. At least 2 resolutions, at most kLargestRadius.
  */
 double
 measureSurfaceRadius(const Cloud& cloud,

@@ -27,8 +27,9 @@ struct NormalEstimationResult {
  * Thinning keeps real points, so the normals are only computed at those that stay, over all points.
  *
  * Points with fewer than 3 neighbours, or whose neighbours lie on a line, have no normal and are dropped.
- * \param[in] oriented false: the viewpoint is not believed; normals keep an arbitrary sign and the result says so.
- * \param[in] threads only changes the speed. \param[in] deadline what it gives when that passes meanwhile is of no use
+ * \param[in] oriented false: the viewpoint is not accepted; normals keep an arbitrary sign and the result says so.
+ * \param[in] threads only changes the speed.
+ * \param[in] deadline when it passes meanwhile, the result is unspecified
  */
 NormalEstimationResult
 estimateNormals(const ScanView& scan,

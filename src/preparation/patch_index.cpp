@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace pcl_ssfr {
 
@@ -14,7 +15,7 @@ namespace {
 
 constexpr double kClassRadius = 0.52; // [rad] a patch counts for the direction classes within this of its normal
 constexpr float kRounding = 1e-5f;    // of coordinates, generously
-constexpr double kReach = 0.75;       // voxels that a patch reaches beyond itself, across and along its plane
+constexpr double kReach = 0.05;       // voxels: each 0.1 more makes find() 5 % slower, and solves no more pairs
 
 std::array<Eigen::Vector3f, kDirectionClasses>
 makeClassCentres()
@@ -61,14 +62,21 @@ directionClassesNear(const Eigen::Vector3f& d, double angle)
   return bits;
 }
 
+double
+PatchIndex::reach() const
+{
+  return kReach * voxel_;
+}
+
 template <typename Visit>
 void
 PatchIndex::rasterise(const Plane& plane, const Visit& visit) const
 {
-  const auto reach = static_cast<float>(kReach * voxel_);
   const auto edge = static_cast<float>(voxel_);
-  const Eigen::Array4f most = plane.halves + reach; // along the axes of the patch
-  Eigen::Array3f half;                              // of the box around it
+  // Along the axes of the patch: how far the centre of a voxel may lie that holds a place within reach.
+  const Eigen::Array4f most =
+      plane.halves + (static_cast<float>(reach()) + 0.5f * edge * (plane.x.abs() + plane.y.abs() + plane.z.abs()));
+  Eigen::Array3f half; // of the box around it
   for (int axis = 0; axis < 3; ++axis) {
     const Eigen::Array4f& row = axis == 0 ? plane.x : axis == 1 ? plane.y : plane.z;
     half[axis] = (row.abs() * most).head<3>().sum();
@@ -109,8 +117,8 @@ PatchIndex::PatchIndex(const PlanarPatches& patches, double voxel, std::size_t m
   if (n == 0)
     return;
   planes_.resize(static_cast<std::size_t>(n));
-  Eigen::Vector3d low = patches.samples.points.rowwise().minCoeff();
-  Eigen::Vector3d high = patches.samples.points.rowwise().maxCoeff();
+  Eigen::Array3d low = Eigen::Array3d::Constant(std::numeric_limits<double>::infinity());
+  Eigen::Array3d high = -low;
   for (Eigen::Index i = 0; i < n; ++i) {
     Plane& plane = planes_[static_cast<std::size_t>(i)];
     Eigen::Matrix3f frame;
@@ -123,18 +131,21 @@ PatchIndex::PatchIndex(const PlanarPatches& patches, double voxel, std::size_t m
     plane.z << frame.row(2).transpose(), centroid.z();
     plane.halves << 0.f, static_cast<float>(patches.samples.extents[i]), static_cast<float>(patches.half_minors[i]),
         1.f / static_cast<float>(std::max(patches.counts[static_cast<std::size_t>(i)], 1u));
+    const Eigen::Array3d half = (frame.col(1).cwiseAbs().cast<double>() * patches.samples.extents[i] +
+                                 frame.col(2).cwiseAbs().cast<double>() * patches.half_minors[i])
+                                    .array() +
+                                voxel;
+    low = low.min(patches.samples.points.col(i).array() - half);
+    high = high.max(patches.samples.points.col(i).array() + half);
   }
-  const double margin = voxel + patches.samples.extents.maxCoeff();
-  low.array() -= margin;
-  high.array() += margin;
 
   voxel_ = voxel;
-  const auto wanted = [&] { return ((high - low) / voxel_).array().ceil().max(1).prod(); };
+  const auto wanted = [&] { return ((high - low) / voxel_).ceil().max(1).prod(); };
   while (wanted() > static_cast<double>(max_voxels))
     voxel_ *= 1.1;
   inverse_voxel_ = static_cast<float>(1 / voxel_);
-  origin_ = low.cast<float>();
-  dims_ = ((high - low) / voxel_).array().ceil().max(1).cast<int>();
+  origin_ = low.matrix().cast<float>();
+  dims_ = ((high - low) / voxel_).ceil().max(1).cast<int>();
 
   block_dims_ = (dims_.array() + kBlockMask) / (1 << kBlockBits);
   blocks_.assign(static_cast<std::size_t>(block_dims_.x()) * static_cast<std::size_t>(block_dims_.y()) *

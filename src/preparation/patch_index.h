@@ -46,6 +46,11 @@ struct ShiftLine {
 
 /** \brief Planar patches in a voxel grid: which patches pass near a place, and which way they face.
  *
+ * A lookup reads the one voxel that holds the place. It lists every patch that comes within reach() of any place in the
+ * voxel, so find() and mask() miss none that is within reach() of theirs. Patches farther off, up to a wider tolerance,
+ * are found where they are listed all the same: most of those within half a voxel. A scan's index is as coarse as its
+ * own scale; tolerances of a pair of other scale or of noisy scans do not widen it.
+ *
  * Voxels come in blocks of 8 x 8 x 8; all blocks that no patch reaches share one, as surfaces leave most of space
  * empty. Two answers of different cost: mask(p), the directions of all patches near p as one load, for the search over
  * thousands of poses; and find(p, n), the best compatible patch, for scoring and refinement.
@@ -93,7 +98,12 @@ public:
     return voxel_;
   }
 
-  /// Direction classes of the patches within about a voxel of \p p; 0 outside of the grid.
+  /// Patches within this of a place, across their plane and beyond their edges, are found for sure [m].
+  double
+  reach() const;
+
+  /// Direction classes of the patches within about half a voxel of \p p, and of all within reach(); 0 outside of the
+  /// grid.
   std::uint64_t
   mask(const Eigen::Vector3f& p) const
   {
@@ -116,7 +126,8 @@ public:
   findFacing(
       const Probes& probes, std::size_t begin, std::size_t end, const Eigen::Vector3f& t, std::int32_t* facing) const;
 
-  /// The compatible patch with the smallest plane distance at place \p p with unit normal \p n; -1 when there is none.
+  /// The compatible patch with the smallest plane distance at place \p p with unit normal \p n, of those that are
+  /// listed there; -1 when there is none. What is found is within \p tolerance.
   int
   find(const Eigen::Vector3f& p, const Eigen::Vector3f& n, const Tolerance& tolerance) const
   {
@@ -162,8 +173,8 @@ public:
     const Eigen::Vector3d normal = plane.column(0).cast<double>();
     const Eigen::Vector3d d = p - plane.column(3).cast<double>();
     const float along = static_cast<float>(d.dot(plane.column(1).cast<double>())) / plane.halves[1];
-    const float beside = static_cast<float>(d.dot(plane.column(2).cast<double>())) / plane.halves[2];
-    const float off = plane.halves[3] * (1 + 3 * (along * along + beside * beside)); // half width^2 = 3 variances
+    const float across = static_cast<float>(d.dot(plane.column(2).cast<double>())) / plane.halves[2];
+    const float off = plane.halves[3] * (1 + 3 * (along * along + across * across)); // half width^2 = 3 variances
     return {normal, d.dot(normal), 1 + static_cast<double>(off)};
   }
 

@@ -3,6 +3,7 @@
 
 #include "common/stage_clock.h"
 #include "preparation/thinning.h"
+#include "preparation/viewpoint_search.h"
 #include "profiles/patch_constants.h"
 #include "profiles/patch_profile.h"
 
@@ -15,30 +16,6 @@ namespace pcl_ssfr {
 
 namespace {
 
-// Lengths at scale 1 [m]; the scale of the scene multiplies them.
-constexpr double kLeaf = 0.025;                 // finest patches have an edge of 8, the coarsest of 64 leaves
-constexpr double kVoxel = 0.5;                  // of the index of patches
-constexpr double kTypicalRadius[] = {1.5, 120}; // scenes of radii between these have scale 1
-
-// Angles.
-constexpr double kCell = 0.01745;      // of the range image [rad]
-constexpr double kDensityRadius = 0.1; // r_d, chord
-constexpr double kSilence = 0.26;      // chord
-constexpr double kMergeModes = 0.2;    // chord
-
-constexpr int kMaxMainNormals = 14;
-constexpr double kMinRelativeDensity = 0.02;
-constexpr int kDensityQueries = 8192;           // scans of a few 100,000 points have fewer patches
-constexpr std::size_t kViewpointPoints = 40000; // drawn to look for the sensor where it is not known
-constexpr std::size_t kMinPointsPerCell = 12;   // in the coarsest cell of a typical point; else the scale is doubled
-constexpr int kMaxCoarsenings = 6;
-constexpr int kCoarsePatches = 600;     // drawn for the coarse refinement
-constexpr int kPolishPoints = 2;        // for the polish, of each ...
-constexpr int kPolishGroup = 25;        // ... thinned points of a patch; of more where that gives ...
-constexpr int kPolishMost = 20000;      // ... more than so many
-constexpr double kNoiseQuantile = 0.25; // of the thickness of patches: an estimate of the noise that clutter spares
-constexpr double kThicknessOverNoise = 1.6;
-
 std::uint64_t
 count(Eigen::Index n)
 {
@@ -46,11 +23,11 @@ count(Eigen::Index n)
 }
 
 double
-sceneScale(const ScanExtent& extent)
+sceneScale(const ScanExtent& extent, const PreparationConfig& config)
 {
   if (!(extent.radius > 0))
     return 1;
-  return extent.radius / std::clamp(extent.radius, kTypicalRadius[0], kTypicalRadius[1]);
+  return extent.radius / std::clamp(extent.radius, config.smallest_radius, config.largest_radius);
 }
 
 /// At most \p most of the points within \p reach [m] of \p origin along every axis, evenly drawn in their order and
@@ -92,22 +69,23 @@ pointsPerCell(const ThinnedCloud& cloud, int level)
 double
 choosePatchThickness(const ThinnedCloud& cloud,
                      const std::vector<FineCell>& cells,
-                     double usual,
+                     const PreparationConfig& lengths,
                      const PatchOptions& options)
 {
-  constexpr double kGenerous = 4;
-  const PlanarPatches rough = extractPatches(cloud, cells, nullptr, kGenerous * usual, options);
+  const double usual = lengths.thickness;
+  const double most = lengths.max_noise * usual;
+  const PlanarPatches rough = extractPatches(cloud, cells, nullptr, most, options);
   if (rough.size() == 0)
     return usual;
   std::vector<std::pair<double, double>> thickness; // and the surface that has it
   for (Eigen::Index i = 0; i < rough.size(); ++i)
     thickness.emplace_back(rough.thickness[i], rough.samples.weights[i]);
   std::sort(thickness.begin(), thickness.end());
-  const double wanted = kNoiseQuantile * rough.samples.weights.sum();
+  const double wanted = lengths.thin_share * rough.samples.weights.sum();
   double sum = 0;
   for (const auto& [t, surface] : thickness)
     if ((sum += surface) >= wanted)
-      return std::clamp(kThicknessOverNoise * t, usual, kGenerous * usual);
+      return std::clamp(lengths.noise_factor * t, usual, most);
   return usual;
 }
 
@@ -117,7 +95,7 @@ findPatchMainNormals(const OrientedSamples& samples, const Options& options)
   const DensityOptions density = patchDensityOptions(options);
   MeanShiftOptions mean_shift;
   mean_shift.bandwidth = 2 * density.radius;
-  mean_shift.merge_chord = kMergeModes;
+  mean_shift.merge_chord = mean_shift.bandwidth;
   mean_shift.tolerance = 1e-5;
   const DirectionSet sphere = makeGaussianSphere(samples);
   const Eigen::VectorXd densities = computeDensity(sphere, density, threadCount(options));
@@ -131,11 +109,12 @@ patchDensityOptions(const Options& options)
 {
   DensityOptions density;
   density.kernel = DensityOptions::Kernel::Gaussian;
-  density.radius = options.density_radius > 0 ? options.density_radius : kDensityRadius;
-  density.max_regions = kMaxMainNormals;
-  density.silence_chord = kSilence;
-  density.min_relative_density = kMinRelativeDensity;
-  density.max_queries = kDensityQueries;
+  const PreparationConfig& config = options.patch_profile.preparation;
+  density.radius = options.density_radius > 0 ? options.density_radius : config.density_radius;
+  density.max_regions = config.max_main_normals;
+  density.silence_chord = config.silence_chord;
+  density.min_relative_density = config.min_relative_density;
+  density.max_queries = config.max_density_queries;
   return density;
 }
 
@@ -153,7 +132,8 @@ preparePatchScan(const ScanView& scan, const Options& options, const Deadline& d
   };
 
   prepared.extent = measureExtent(scan, deadline);
-  prepared.scale = sceneScale(prepared.extent);
+  const PreparationConfig& config = options.patch_profile.preparation;
+  prepared.scale = sceneScale(prepared.extent, config);
   prepared.origin = prepared.extent.median;
   PatchOptions patches = options.patches;
   // A patch of the finest level has an edge of 2^finest_level leaves; a normal radius r asks for an edge of 2 r.
@@ -161,13 +141,12 @@ preparePatchScan(const ScanView& scan, const Options& options, const Deadline& d
   const auto leaf = [&] {
     return options.leaf > 0            ? options.leaf
            : options.normal_radius > 0 ? 2 * options.normal_radius / static_cast<double>(1 << patches.finest_level)
-                                       : kLeaf * prepared.scale;
+                                       : config.leaf * prepared.scale;
   };
   ThinnedCloud cloud = thinScan(scan, leaf(), prepared.origin, 0, threadCount(options), deadline);
   // Where points are sparse, patches must be larger to hold enough of them.
-  for (int step = 0; step < kMaxCoarsenings && !given && cloud.size() >= static_cast<Eigen::Index>(kMinPoints) &&
-                     pointsPerCell(cloud, patches.coarsest_level) < kMinPointsPerCell;
-       ++step) {
+  while (!given && cloud.size() >= static_cast<Eigen::Index>(kMinPoints) &&
+         pointsPerCell(cloud, patches.coarsest_level) < static_cast<std::size_t>(config.min_points_per_cell)) {
     prepared.scale *= 2;
     cloud = ThinnedCloud(); // its memory first
     cloud = thinScan(scan, leaf(), prepared.origin, 0, threadCount(options), deadline);
@@ -175,28 +154,27 @@ preparePatchScan(const ScanView& scan, const Options& options, const Deadline& d
   if (endsIn("thinning", scan.count(), count(cloud.size())))
     return prepared;
 
+  const PreparationConfig lengths = scaled(config, prepared.scale);
   Eigen::Vector3d viewpoint = scan.viewpoint - prepared.origin;
   const ViewpointMode mode = options.viewpoint_mode;
-  prepared.viewpoint_used = mode == ViewpointMode::SensorOrigin ||
-                            (mode == ViewpointMode::Auto && scan.viewpoint_is_known) ||
-                            (mode == ViewpointMode::Auto &&
-                             isPlausibleViewpoint(cloud.points, viewpoint.cast<float>(), prepared.scale, deadline));
+  prepared.viewpoint_used =
+      mode == ViewpointMode::SensorOrigin || (mode == ViewpointMode::Auto && scan.viewpoint_is_known);
   if (!prepared.viewpoint_used && mode != ViewpointMode::Unused) {
-    const Eigen::Vector3f doubted = viewpoint.cast<float>();
-    const std::optional<Eigen::Vector3f> place =
-        findViewpoint(drawPoints(scan, prepared.origin, thinningReach(cloud.leaf), kViewpointPoints),
-                      cloud.points,
-                      prepared.scale,
-                      threadCount(options),
-                      mode == ViewpointMode::Auto ? &doubted : nullptr,
-                      deadline);
-    prepared.viewpoint_used = prepared.viewpoint_found = place.has_value();
-    if (place)
-      viewpoint = place->cast<double>();
+    const ViewpointSearchConfig& search = lengths.viewpoint;
+    const Eigen::Matrix3Xf points = drawPoints(
+        scan, prepared.origin, thinningReach(cloud.leaf), static_cast<std::size_t>(search.levels.back().points));
+    prepared.viewpoint_used =
+        mode == ViewpointMode::Auto && isPlausibleViewpoint(points, viewpoint.cast<float>(), search, deadline);
+    if (!prepared.viewpoint_used) {
+      const std::optional<Eigen::Vector3f> place = findViewpoint(points, search, threadCount(options), deadline);
+      prepared.viewpoint_used = prepared.viewpoint_found = place.has_value();
+      if (place)
+        viewpoint = place->cast<double>();
+    }
   }
   if (prepared.viewpoint_used) {
     prepared.viewpoint = viewpoint;
-    prepared.range_image = RangeImage(cloud.points, viewpoint.cast<float>(), kCell);
+    prepared.range_image = RangeImage(cloud.points, viewpoint.cast<float>(), config.range_cell);
   }
   if (endsIn("range image", count(cloud.size()), prepared.range_image.size()))
     return prepared;
@@ -204,9 +182,8 @@ preparePatchScan(const ScanView& scan, const Options& options, const Deadline& d
   const Eigen::Vector3d* seen_from = prepared.viewpoint_used ? &viewpoint : nullptr;
   {
     const std::vector<FineCell> cells = accumulateFineCells(cloud, patches.finest_level);
-    prepared.thickness = patches.thickness > 0
-                             ? patches.thickness
-                             : choosePatchThickness(cloud, cells, kThickness * prepared.scale, patches);
+    prepared.thickness =
+        patches.thickness > 0 ? patches.thickness : choosePatchThickness(cloud, cells, lengths, patches);
     prepared.patches = extractPatches(cloud, cells, seen_from, prepared.thickness, patches);
   }
   if (endsIn("patches", count(cloud.size()), count(prepared.patches.size())))
@@ -217,12 +194,13 @@ preparePatchScan(const ScanView& scan, const Options& options, const Deadline& d
     return prepared;
 
   prepared.votes = drawVotingSamples(prepared.patches.samples, prepared.main_normals, PoseSearchOptions{}.samples);
-  prepared.coarse = selectPatches(prepared.patches,
-                                  drawRepresentatives(prepared.patches.samples, prepared.main_normals, kCoarsePatches));
+  prepared.coarse = selectPatches(
+      prepared.patches, drawRepresentatives(prepared.patches.samples, prepared.main_normals, config.coarse_patches));
   prepared.coarse.samples.weights.setOnes(); // each stands for others, small and large ones
-  prepared.surface = drawSurfacePoints(cloud, prepared.patches, kPolishPoints, kPolishGroup, kPolishMost);
+  prepared.surface =
+      drawSurfacePoints(cloud, prepared.patches, config.polish_points, config.polish_group, config.max_polish_points);
   cloud = ThinnedCloud(); // its memory goes before the index needs some
-  prepared.index = PatchIndex(prepared.patches, kVoxel * prepared.scale);
+  prepared.index = PatchIndex(prepared.patches, lengths.index_voxel);
   prepared.stages.push_back(clock.lap("index", count(prepared.patches.size()), count(prepared.surface.points.cols())));
   return prepared; // complete, even if the time has run out meanwhile
 }

@@ -121,7 +121,7 @@ private:
            plane.deviations[1] > kLineWidth * plane.deviations[2];
   }
 
-  /// The side of the plane that was seen, +1 or -1; 0 when nothing tells.
+  /// The side of the plane that was seen, +1 or -1; 0 when nothing determines it.
   double
   facing(const Plane& plane, std::size_t patch) const
   {

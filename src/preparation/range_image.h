@@ -11,7 +11,6 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <optional>
 #include <vector>
 
 namespace pcl_ssfr {
@@ -68,6 +67,24 @@ private:
   float half_ = 0;
 };
 
+/// Ranges of the nearest and the farthest return of a cell [m]; zeros when there was none.
+struct DepthSpan {
+  float nearest = 0;
+  float farthest = 0;
+};
+
+/** \brief What is seen of some points from a place in each cell of a grid.
+ *
+ * Points at the place itself or that are not finite are no returns.
+ * \param[in] points 3 x N, in one frame with \p viewpoint [m]
+ * \param[in] deadline when it passes meanwhile, the result is unspecified
+ */
+std::vector<DepthSpan>
+depthSpans(const Eigen::Matrix3Xf& points,
+           const Eigen::Vector3f& viewpoint,
+           const DirectionGrid& grid,
+           const Deadline& deadline = Deadline());
+
 /** \brief What a sensor saw in each direction: the nearest and farthest return of each cell of a cube map.
  *
  * A cube map has no poles and needs no trigonometry; its cells are 0.5 to 1 times the nominal angle wide.
@@ -76,7 +93,8 @@ class RangeImage {
 public:
   RangeImage() = default;
 
-  /** \param[in] points 3 x N, in one frame with \p viewpoint [m] \param[in] viewpoint the sensor
+  /** \param[in] points 3 x N, in one frame with \p viewpoint [m]
+   * \param[in] viewpoint the sensor
    * \param[in] cell nominal width of a cell [rad], (0, pi/2]
    */
   RangeImage(const Eigen::Matrix3Xf& points, const Eigen::Vector3f& viewpoint, double cell);
@@ -138,41 +156,5 @@ private:
   std::vector<float> farthest_;
   std::vector<float> free_;
 };
-
-/** \brief Share of the directions with several returns whose returns lie at two depths (METHOD point 11).
- *
- * Seen from its sensor a scan has one return a direction. Two depths: the farthest is beyond 1.5 times the nearest
- * + \p margin [m]. \return [0, 1]; 0 when no cell holds two returns.
- */
-double
-twoDepthShare(const Eigen::Matrix3Xf& points, const Eigen::Vector3f& viewpoint, double cell, double margin);
-
-/** \brief Whether \p points (3 x N) look as if they were seen from \p viewpoint (METHOD point 11): they spread over as
- * many directions as seen from their centroid, and few directions hold two depths, markedly fewer than from places
- * around. \param[in] scale of the scene, > 0: 1 for rooms to streets; the places tried are 3 m * scale away
- * \param[in] deadline when it passes meanwhile, the answer is of no use
- */
-bool
-isPlausibleViewpoint(const Eigen::Matrix3Xf& points,
-                     const Eigen::Vector3f& viewpoint,
-                     double scale,
-                     const Deadline& deadline = Deadline());
-
-/** \brief A place from which a scan may have been seen, found by trying places among its points: there the most
- * directions see something and the fewest see two depths. It need not be the sensor: in an empty room any place will
- * do, and tells the free side of the walls as well.
- * \param[in] points 3 x N, as dense as the sensor made them: they crowd around it \param[in] thinned 3 x M, the same
- * scan with an even density \param[in] scale of the scene, as above \param[in] threads at least 1
- * \param[in] doubted a place that isPlausibleViewpoint() doubts; may be null. When it does nearly as well as the best,
- * the scan tells no place \param[in] deadline when it passes meanwhile, the answer is of no use
- * \return none when even from the best place the scan looks as if it was merged of several
- */
-std::optional<Eigen::Vector3f>
-findViewpoint(const Eigen::Matrix3Xf& points,
-              const Eigen::Matrix3Xf& thinned,
-              double scale,
-              unsigned threads,
-              const Eigen::Vector3f* doubted = nullptr,
-              const Deadline& deadline = Deadline());
 
 } // namespace pcl_ssfr

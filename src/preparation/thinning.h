@@ -23,12 +23,12 @@ struct ScanExtent {
   double radius = 0; ///< 90th percentile of the distance to the median, of the same points [m]
 };
 
-/// Measure a scan; non-finite points are skipped. All zero for an empty scan. What it gives when \p deadline passes
-/// meanwhile is of no use.
+/// Measure a scan; non-finite points are skipped. All zero for an empty scan. When \p deadline passes
+/// meanwhile, the result is unspecified.
 ScanExtent
 measureExtent(const ScanView& scan, const Deadline& deadline = Deadline());
 
-/** \brief One averaged point a voxel, in Morton order of the voxels, so that every octree cell is a contiguous range.
+/** \brief One averaged point per voxel, in Morton order of the voxels, so that every octree cell is a contiguous range.
  *
  * Cell l of a point is its \ref codes shifted right by 3 l: cells of edge leaf * 2^l.
  */
@@ -51,11 +51,11 @@ struct ThinnedCloud {
 double
 thinningReach(double leaf);
 
-/** \brief Thin a scan to one averaged point a voxel of edge \p leaf [m] > 0, relative to \p origin.
+/** \brief Thin a scan to one averaged point per voxel of edge \p leaf [m] > 0, relative to \p origin.
  *
  * Points farther than \p max_distance [m] from the origin along any axis are dropped (0: no bound); so is whatever
  * would leave the 2^21 voxels that a Morton code addresses along each axis. The result does not depend on \p threads.
- * When \p deadline passes meanwhile it is empty. Beside the result it needs 6 bytes a point.
+ * When \p deadline passes meanwhile it is empty. Besides the result it needs 6 bytes per point.
  */
 ThinnedCloud
 thinScan(const ScanView& scan,

@@ -9,9 +9,9 @@
 
 namespace pcl_ssfr {
 
-/** \brief One real point a voxel of edge \p leaf [m]: the one nearest to the voxel's centre, ties to the lower column,
- * as pcl::UniformSampling keeps it (METHOD stages 1 and 12).
- * \return columns of \p points in ascending order; all columns when leaf is 0.
+/** \brief One real point per voxel of edge \p leaf [m]: the one nearest to the voxel's centre, ties to the lower
+ * column, as pcl::UniformSampling keeps it (METHOD stages 1 and 12). \return columns of \p points in ascending order;
+ * all columns when leaf is 0.
  */
 std::vector<Eigen::Index>
 samplePerVoxel(const Points3& points, double leaf);

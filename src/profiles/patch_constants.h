@@ -8,8 +8,7 @@
 namespace pcl_ssfr {
 
 // What the preparation of a scan and the registration of two, in the default profile, go by.
-constexpr double kThickness = 0.03;         // [m] at scale 1, of a patch, at least
-constexpr std::size_t kMinPoints = 50;      // finite points of a scan
+constexpr std::size_t kMinPoints = 50; // finite points of a scan
 /// Points of the polish on one patch that err together: the weight of a known vertical beside the matches allows for it.
 constexpr int kCorrelatedPointsPerPatch = 4;
 

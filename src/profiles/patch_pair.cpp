@@ -73,7 +73,7 @@ PatchPair::PatchPair(const PatchScan& source,
       scale_(std::max(source.scale, target.scale)),
       config_(scaled(options.patch_profile,
                      scale_,
-                     std::max(source.thickness, target.thickness) / (kThickness * scale_),
+                     std::max(source.thickness, target.thickness) / (options.patch_profile.preparation.thickness * scale_),
                      options.overlap_radius)),
       either_side_(!(source.patches.samples.oriented && target.patches.samples.oriented &&
                      source.viewpoint_used == target.viewpoint_used)),

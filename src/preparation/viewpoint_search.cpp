@@ -1,0 +1,271 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#include "preparation/viewpoint_search.h"
+
+#include "common/parallel.h"
+#include "common/vector_clones.h"
+#include "preparation/range_image.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+namespace pcl_ssfr {
+
+namespace {
+
+using Level = ViewpointSearchConfig::Level;
+
+/// At most \p most of the points, evenly drawn in their order.
+Eigen::Matrix3Xf
+drawPoints(const Eigen::Matrix3Xf& points, Eigen::Index most)
+{
+  const Eigen::Index n = std::min(most, points.cols());
+  Eigen::Matrix3Xf drawn(3, n);
+  for (Eigen::Index i = 0; i < n; ++i)
+    drawn.col(i) = points.col((2 * i + 1) * points.cols() / (2 * n));
+  return drawn;
+}
+
+/// A grid with about as many directions as \p points.
+DirectionGrid
+gridFor(Eigen::Index points)
+{
+  constexpr double kSphere = 4 * 3.14159265358979; // [sr]
+  return DirectionGrid(std::min(1.0, std::sqrt(kSphere / static_cast<double>(points))));
+}
+
+PCL_SSFR_VECTOR_CLONES double
+rate(const std::vector<DepthSpan>& spans, double ratio, double margin, double two_depth_weight)
+{
+  const DepthSpan* const first = spans.data();
+  const std::size_t n = spans.size();
+  int occupied = 0;
+  int two_depths = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    occupied += static_cast<int>(first[i].nearest > 0);
+    two_depths += static_cast<int>(static_cast<double>(first[i].farthest) >
+                                   ratio * static_cast<double>(first[i].nearest) + margin);
+  }
+  return occupied - two_depth_weight * two_depths;
+}
+
+/// The objective of the search: how well some points may have been seen from a place.
+class Rating {
+public:
+  Rating(const Eigen::Matrix3Xf& points, int most, const ViewpointSearchConfig& config, const Deadline& deadline)
+      : points_(drawPoints(points, most)), grid_(gridFor(points_.cols())), config_(config), deadline_(deadline)
+  {}
+
+  /// Of \p place, as a share of the points.
+  double
+  operator()(const Eigen::Vector3f& place) const
+  {
+    return rate(depthSpans(points_, place, grid_, deadline_),
+                config_.depth_ratio,
+                config_.depth_margin,
+                config_.two_depth_weight) /
+           static_cast<double>(points_.cols());
+  }
+  /// Whether \p place is rated markedly higher than the places around it.
+  bool
+  accepts(const Eigen::Vector3f& place) const
+  {
+    double around = 0;
+    for (int k = 0; k < 6; ++k) {
+      Eigen::Vector3f other = place;
+      other[k / 2] += static_cast<float>(k % 2 ? config_.contrast_distance : -config_.contrast_distance);
+      around += (*this)(other) / 6;
+    }
+    return (*this)(place)-around >= config_.min_contrast;
+  }
+
+private:
+  Eigen::Matrix3Xf points_;
+  DirectionGrid grid_;
+  const ViewpointSearchConfig& config_;
+  const Deadline& deadline_;
+};
+
+/// Mean logarithm of the ranges from \p place; ranges below \p margin [m] do not count much.
+PCL_SSFR_VECTOR_CLONES double
+meanLogRange(const Eigen::Matrix3Xf& points, const Eigen::Vector3f& place, double margin)
+{
+  constexpr Eigen::Index kFactors = 8; // of a product: that of eight floats is within the range of a double
+  const float* const coordinates = points.data();
+  const auto least = static_cast<float>(margin);
+  std::array<double, kFactors> ranges;
+  double sum = 0;
+  for (Eigen::Index first = 0; first < points.cols(); first += kFactors) {
+    const Eigen::Index count = std::min(kFactors, points.cols() - first);
+    ranges.fill(1);
+    for (Eigen::Index i = 0; i < count; ++i) {
+      const float* const point = coordinates + 3 * (first + i);
+      const float x = point[0] - place.x();
+      const float y = point[1] - place.y();
+      const float z = point[2] - place.z();
+      ranges[static_cast<std::size_t>(i)] = static_cast<double>(std::sqrt(x * x + (y * y + z * z)) + least);
+    }
+    double product = 1;
+    for (const double range : ranges)
+      product *= range;
+    sum += std::log(product);
+  }
+  return sum / static_cast<double>(points.cols());
+}
+
+struct Place {
+  Eigen::Vector3f position;
+  double score = 0;
+};
+
+void
+sortByScore(std::vector<Place>& places)
+{
+  std::stable_sort(places.begin(), places.end(), [](const Place& a, const Place& b) { return a.score > b.score; });
+}
+
+/// Walk along the axes while that raises \p score(place), and until \p deadline, in steps that are halved from \p step
+/// down to \p last.
+template <typename Score>
+void
+climb(Place& place, double step, double last, const Deadline& deadline, const Score& score)
+{
+  int stride = 1; // in units of the last step: the places lie on a grid of these
+  for (; step >= 2 * last; step *= 0.5)
+    stride *= 2;
+  const Eigen::Vector3f start = place.position;
+  const auto unit = static_cast<float>(step);
+  Eigen::Array3i here = Eigen::Array3i::Zero();
+  std::vector<Eigen::Array3i> rated = {here};
+  place.score = score(start);
+  while (stride > 0) {
+    bool risen = false;
+    for (int k = 0; k < 6; ++k) {
+      if (deadline.hasPassed())
+        return;
+      Eigen::Array3i cell = here;
+      cell[k / 2] += k % 2 ? stride : -stride;
+      if (std::any_of(rated.begin(), rated.end(), [&](const Eigen::Array3i& j) { return (j == cell).all(); }))
+        continue; // the scores only rise: it was lower
+      rated.push_back(cell);
+      const Eigen::Vector3f position = start + unit * cell.cast<float>().matrix();
+      const double next = score(position);
+      if (next > place.score) {
+        place = {position, next};
+        here = cell;
+        risen = true;
+      }
+    }
+    if (!risen)
+      stride /= 2;
+  }
+}
+
+/// A grid of places about the middle of \p points, in the box in which they are about as near to them as any.
+struct PlaceGrid {
+  std::vector<Place> places;
+  double step = 0; ///< [m]
+};
+
+PlaceGrid
+layGrid(const Eigen::Matrix3Xf& points, const ViewpointSearchConfig& config, const Deadline& deadline)
+{
+  const Level& level = config.levels.front();
+  const auto nearness = [&](const Eigen::Vector3f& place) { return -meanLogRange(points, place, config.depth_margin); };
+  Place middle;
+  for (int axis = 0; axis < 3; ++axis) {
+    Eigen::VectorXf along = points.row(axis);
+    std::nth_element(along.data(), along.data() + along.size() / 2, along.data() + along.size());
+    middle.position[axis] = along[along.size() / 2];
+  }
+  climb(middle, 4 * level.step, level.step, deadline, nearness);
+  PlaceGrid grid;
+  grid.step = level.step;
+  Eigen::Array3i low, high;
+  for (int k = 0; k < 6; ++k) {
+    int steps = 0;
+    for (Eigen::Vector3f place = middle.position; steps < level.places && !deadline.hasPassed(); ++steps) {
+      place[k / 2] += static_cast<float>(k % 2 ? grid.step : -grid.step);
+      if (nearness(place) < middle.score - config.reach)
+        break;
+    }
+    (k % 2 ? high : low)[k / 2] = k % 2 ? steps : -steps;
+  }
+  const double shrink = std::max(1.0, std::cbrt((high - low + 1).cast<double>().prod() / level.places));
+  grid.step *= shrink;
+  low = (low.cast<double>() / shrink).cast<int>();
+  high = (high.cast<double>() / shrink).cast<int>();
+  for (int z = low.z(); z <= high.z(); ++z)
+    for (int y = low.y(); y <= high.y(); ++y)
+      for (int x = low.x(); x <= high.x(); ++x)
+        grid.places.push_back(
+            {middle.position + static_cast<float>(grid.step) * Eigen::Array3i(x, y, z).cast<float>().matrix()});
+  return grid;
+}
+
+/// The first \p most of the places, best first, that are no neighbours on the grid.
+std::vector<Place>
+keepApart(const std::vector<Place>& places, int most, double step)
+{
+  std::vector<Place> kept;
+  for (const Place& place : places) {
+    if (kept.size() >= static_cast<std::size_t>(most))
+      break;
+    if (std::none_of(kept.begin(), kept.end(), [&](const Place& other) {
+          return (other.position - place.position).lpNorm<Eigen::Infinity>() < 1.5 * step;
+        }))
+      kept.push_back(place);
+  }
+  return kept;
+}
+
+} // namespace
+
+bool
+isPlausibleViewpoint(const Eigen::Matrix3Xf& points,
+                     const Eigen::Vector3f& place,
+                     const ViewpointSearchConfig& config,
+                     const Deadline& deadline)
+{
+  return points.cols() > 0 && Rating(points, config.levels.back().points, config, deadline).accepts(place);
+}
+
+std::optional<Eigen::Vector3f>
+findViewpoint(const Eigen::Matrix3Xf& points,
+              const ViewpointSearchConfig& config,
+              unsigned threads,
+              const Deadline& deadline)
+{
+  if (points.cols() == 0)
+    return std::nullopt;
+  PlaceGrid grid = layGrid(drawPoints(points, config.levels.front().points), config, deadline);
+  std::vector<Place> best = std::move(grid.places);
+  double step = grid.step; // to which the best places are known
+  for (const Level& level : config.levels) {
+    const Rating rating(points, level.points, config, deadline);
+    const bool moves = level.step < config.levels.front().step;
+    if (moves)
+      best = keepApart(best, level.places, step);
+    else if (&level != &config.levels.front())
+      best.resize(std::min(best.size(), static_cast<std::size_t>(level.places)));
+    forEachInParallel(static_cast<std::int64_t>(best.size()), 1, static_cast<int>(threads), [&](std::int64_t i) {
+      Place& place = best[static_cast<std::size_t>(i)];
+      if (moves)
+        climb(place, step / 2, level.step, deadline, rating);
+      else
+        place.score = deadline.hasPassed() ? 0 : rating(place.position);
+    });
+    sortByScore(best);
+    step = moves ? level.step : grid.step;
+  }
+  const Eigen::Vector3f place = best.front().position;
+  const bool is_plausible = isPlausibleViewpoint(points, place, config, deadline);
+  return is_plausible && !deadline.hasPassed() ? std::optional<Eigen::Vector3f>(place) : std::nullopt;
+}
+
+} // namespace pcl_ssfr

@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#include "patch_scenes.h"
+#include "preparation/viewpoint_search.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace pcl_ssfr {
+namespace {
+
+using testing::kInf;
+using testing::kMaxFloat;
+using testing::kNan;
+
+Eigen::Matrix3Xf
+concatenated(const Eigen::Matrix3Xf& a, const Eigen::Matrix3Xf& b)
+{
+  Eigen::Matrix3Xf both(3, a.cols() + b.cols());
+  both << a, b;
+  return both;
+}
+
+ViewpointSearchConfig
+configAt(double scale)
+{
+  return scaled(PreparationConfig(), scale).viewpoint;
+}
+
+class Viewpoint : public ::testing::Test {
+protected:
+  /// What the sensor at a station sees, in the world's axes, with the station at the origin.
+  Eigen::Matrix3Xf
+  scanFrom(const Eigen::Vector3d& station, std::uint64_t seed) const
+  {
+    return testing::castScan(scene_, testing::sensorPose(station, 0), testing::roomScanner(0.01), seed);
+  }
+
+  testing::Scene scene_ = testing::makeFurnishedRoom(3);
+  const ViewpointSearchConfig config_;
+};
+
+TEST_F(Viewpoint, OfTheSensorIsPlausibleAndOthersAreNot)
+{
+  for (std::size_t s = 0; s < scene_.stations.size(); ++s) {
+    const Eigen::Matrix3Xf scan = scanFrom(scene_.stations[s], s);
+    EXPECT_TRUE(isPlausibleViewpoint(scan, Eigen::Vector3f::Zero(), config_)) << "station " << s;
+    EXPECT_FALSE(isPlausibleViewpoint(scan, Eigen::Vector3f(1e6f, 0, 0), config_)) << "station " << s;
+    EXPECT_FALSE(isPlausibleViewpoint(scan, Eigen::Vector3f(0, -100, 20), config_)) << "station " << s;
+  }
+}
+
+TEST_F(Viewpoint, InAFrameFarFromAMapMadeOfScansIsNone)
+{
+  for (std::size_t a = 0; a < scene_.stations.size(); ++a)
+    for (std::size_t b = 0; b < a; ++b) {
+      SCOPED_TRACE(::testing::Message() << "stations " << a << " and " << b);
+      const Eigen::Matrix3Xf scan = scanFrom(scene_.stations[a], 1);
+      Eigen::Matrix3Xf second = scanFrom(scene_.stations[b], 2);
+      second.colwise() += (scene_.stations[b] - scene_.stations[a]).cast<float>();
+      // The frame of a map made of them, some corner of the building. (The sensor of either is still a viewpoint.)
+      EXPECT_FALSE(isPlausibleViewpoint(concatenated(scan, second), Eigen::Vector3f(-12, -9, 0), config_));
+    }
+}
+
+TEST_F(Viewpoint, ScalesWithTheScene)
+{
+  const Eigen::Matrix3Xf scan = scanFrom(scene_.stations[0], 1);
+  for (const float scale : {0.001f, 1000.f}) {
+    const ViewpointSearchConfig config = configAt(static_cast<double>(scale));
+    EXPECT_TRUE(isPlausibleViewpoint(scan * scale, Eigen::Vector3f::Zero(), config));
+    EXPECT_FALSE(isPlausibleViewpoint(scan * scale, Eigen::Vector3f(0, 50 * scale, 0), config));
+  }
+}
+
+TEST_F(Viewpoint, IsFoundInTheFrameOfABuilding)
+{
+  const Eigen::Vector3f corner(31, -18, 4);
+  for (std::size_t s = 0; s < scene_.stations.size(); ++s) {
+    SCOPED_TRACE(::testing::Message() << "station " << s);
+    Eigen::Matrix3Xf scan = scanFrom(scene_.stations[s], s);
+    scan.colwise() += corner;
+    const std::optional<Eigen::Vector3f> place = findViewpoint(scan, config_, 1);
+    ASSERT_TRUE(place);
+    EXPECT_LT((*place - corner).norm(), 0.5f);
+    EXPECT_TRUE(isPlausibleViewpoint(scan, *place, config_));
+    // Same bits for any number of threads.
+    for (const unsigned threads : {2u, 5u})
+      EXPECT_EQ(*place, findViewpoint(scan, config_, threads).value());
+  }
+}
+
+TEST_F(Viewpoint, FoundScalesWithTheScene)
+{
+  const Eigen::Matrix3Xf scan = scanFrom(scene_.stations[0], 1);
+  for (const float scale : {0.001f, 1000.f}) {
+    const Eigen::Matrix3Xf scaled_scan = scan * scale;
+    const std::optional<Eigen::Vector3f> place = findViewpoint(scaled_scan, configAt(static_cast<double>(scale)), 1);
+    ASSERT_TRUE(place);
+    EXPECT_LT(place->norm(), 0.5f * scale);
+  }
+}
+
+TEST(FoundViewpoint, OfACorridorIsNone)
+{
+  // A pipe without ends: all along it as much is seen.
+  testing::Random random(5);
+  Eigen::Matrix3Xf pipe(3, 60000);
+  for (Eigen::Index i = 0; i < pipe.cols(); ++i) {
+    const double angle = random.uniform(-3.14159, 3.14159);
+    pipe.col(i) = Eigen::Vector3d(random.uniform(-40, 40), 30 * std::cos(angle), 30 * std::sin(angle)).cast<float>();
+  }
+  EXPECT_FALSE(findViewpoint(pipe, ViewpointSearchConfig(), 1));
+}
+
+TEST(FoundViewpoint, OfRoomsScannedThroughAWallIsNone)
+{
+  // Four closed rooms in a square: from each place, the walls of three rooms hide behind those of the fourth.
+  Eigen::Matrix3Xf merged(3, 0);
+  for (const Eigen::Vector3f& room : {Eigen::Vector3f(0, 0, 0),
+                                      Eigen::Vector3f(6.2f, 0, 0),
+                                      Eigen::Vector3f(0, 5.2f, 0),
+                                      Eigen::Vector3f(6.2f, 5.2f, 0)}) {
+    Eigen::Matrix3Xf points = testing::samplePoints(testing::roomRectangles(), 100, 3);
+    points.colwise() += room;
+    merged = concatenated(merged, points);
+  }
+  EXPECT_FALSE(findViewpoint(merged, ViewpointSearchConfig(), 1));
+}
+
+TEST(FoundViewpoint, AFewFarPointsDoNotMatter)
+{
+  const testing::Scene scene = testing::makeFurnishedRoom(2);
+  const Eigen::Matrix3Xf scan =
+      testing::castScan(scene, testing::sensorPose(scene.stations[0], 0.3, 0), testing::roomScanner(0.025), 5);
+  Eigen::Matrix3Xf far(3, scan.cols() / 50);
+  for (Eigen::Index i = 0; i < far.cols(); ++i)
+    far.col(i) = Eigen::Vector3f(1e6f, -1e7f, 1e5f) * static_cast<float>(1 + i % 7);
+  const std::optional<Eigen::Vector3f> place = findViewpoint(concatenated(scan, far), ViewpointSearchConfig(), 1);
+  ASSERT_TRUE(place);
+  EXPECT_LT(place->norm(), 0.5f);
+}
+
+TEST_F(Viewpoint, DegenerateInputIsSurvived)
+{
+  const Eigen::Matrix3Xf none(3, 0);
+  const Eigen::Matrix3Xf one = Eigen::Matrix3Xf::Constant(3, 1, 2.f);
+  EXPECT_FALSE(findViewpoint(none, config_, 1));
+  EXPECT_FALSE(findViewpoint(one, config_, 1));
+  for (const float x : {0.f, 1.f, 1e6f, 1e30f, kMaxFloat})
+    for (const Eigen::Index count : {1, 100})
+      EXPECT_FALSE(findViewpoint(Eigen::Matrix3Xf::Constant(3, count, x), config_, 1)) << x << " " << count;
+  EXPECT_FALSE(isPlausibleViewpoint(none, Eigen::Vector3f::Zero(), config_));
+  const Eigen::Matrix3Xf scan = scanFrom(scene_.stations[0], 1);
+  for (const float x : {kNan, kInf, -kInf, kMaxFloat})
+    EXPECT_FALSE(isPlausibleViewpoint(scan, Eigen::Vector3f::Constant(x), config_)) << x;
+  for (const float x : {0.f, 1.f, 1e6f, 1e30f, kMaxFloat, kNan, kInf})
+    for (const Eigen::Index count : {1, 100})
+      EXPECT_FALSE(isPlausibleViewpoint(Eigen::Matrix3Xf::Constant(3, count, x), Eigen::Vector3f::Zero(), config_));
+}
+
+} // namespace
+} // namespace pcl_ssfr
