@@ -216,7 +216,7 @@ protected:
     return m.determinant();
   }
 
-  testing::TemporaryFolder folder_;
+  pcl_ssfr::testing::TemporaryFolder folder_;
   io::DatasetFolder dataset_;
 };
 
