@@ -289,7 +289,8 @@ struct SizeTimes {
   std::vector<StageReport> stages;
 };
 
-/// The same stages, with names that differ: those of a second effort, or of poses that had few votes, are numbered.
+/// The same stages, with names that differ: those of a second search pass, or of poses that had few votes, are
+/// numbered.
 std::vector<StageReport>
 namedApart(std::vector<StageReport> stages)
 {

@@ -3,7 +3,8 @@
 
 // Time of each stage of both profiles on simulated scans of a hall, of several sizes, by Google Benchmark:
 // `stage_benchmarks --benchmark_filter=thinning`; its other options: --help. Where PCL has a counterpart, the counter
-// over_pcl is our processor time over PCL's for the same work, in the same run. One thread, unless the name tells more.
+// over_pcl is our processor time over PCL's for the same work, in the same run. One thread, unless the name says
+// otherwise.
 
 #include "profiles/paper_profile.h"
 #include "profiles/patch_profile.h"
@@ -49,7 +50,7 @@ constexpr double kVoxel = 0.5;       // [m]
 constexpr double kPairAngle = 0.07;  // [rad]
 constexpr double kRefitAngle = 0.12; // [rad]
 
-// A start for the refinements, beside the truth.
+// A start for the refinements, near the truth.
 constexpr double kStartTurn = 0.03; // [rad]
 constexpr double kStartShift = 0.2; // [m]
 
@@ -69,7 +70,7 @@ struct Pair {
   Eigen::Isometry3d T_target_source = Eigen::Isometry3d::Identity();
   Options options = makeOptions(Profile::Default);
   PatchScan source_scan, target_scan;
-  Eigen::Isometry3d start = Eigen::Isometry3d::Identity(); ///< beside the truth, in the frames of the prepared scans
+  Eigen::Isometry3d start = Eigen::Isometry3d::Identity(); ///< near the truth, in the frames of the prepared scans
 };
 
 Pair
@@ -119,7 +120,7 @@ processorSeconds(const std::function<void()>& work)
   return static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
 }
 
-/** \brief Time \p work; tell how many items it took and, with a counterpart, our processor time over PCL's.
+/** \brief Time \p work; report how many items it took and, with a counterpart, our processor time over PCL's.
  * \param[in] counterpart the same work by PCL; empty: there is none
  */
 void
@@ -305,7 +306,7 @@ rotations(benchmark::State& state, const Pair& pair)
       pair.source_scan.main_normals.size() * pair.target_scan.main_normals.size());
 }
 
-/// All shifts under one rotation.
+/// All translations under one rotation.
 void
 translations(benchmark::State& state, const Pair& pair)
 {

@@ -242,10 +242,10 @@ class Report(unittest.TestCase):
         self.assertEqual(set(self.column("dataset")), {"office_floor"})
         self.run_script("document.getElementById('filter-clear').click()")
         self.assertEqual(self.count(), 280)
-        self.run_script(CHOOSE, "filter-verdict", "wrong, but sure")
+        self.run_script(CHOOSE, "filter-verdict", "false positive")
         wrong = self.count()
         self.assertTrue(0 < wrong < 280)
-        self.assertEqual(set(self.column("result")), {"wrong, but sure"})
+        self.assertEqual(set(self.column("result")), {"false positive"})
         self.run_script(CHOOSE, "filter-verdict", "all")
         self.run_script(CHOOSE, "filter-status", "crashed")
         self.assertEqual(set(self.column("status")), {"crashed"})
@@ -271,12 +271,12 @@ class Report(unittest.TestCase):
 
     def test_rowsOpenToPictures(self):
         self.open("usual")
-        self.run_script(CHOOSE, "filter-verdict", "wrong, but sure")
+        self.run_script(CHOOSE, "filter-verdict", "false positive")
         self.run_script(SORT, "pair")
         self.open_row()
         self.assertEqual(self.run_script("return document.querySelector('.opener').getAttribute('aria-expanded')"), "true")
         text = self.run_script("return document.querySelector('tr.detail').textContent")
-        self.assertIn("wrong, but sure", text)
+        self.assertIn("false positive", text)
         pictures = self.run_script(PAINTED, "tr.detail canvas")
         self.assertEqual(len(pictures), 6)  # before, after, truth, from above and the side
         for picture in pictures:

@@ -14,16 +14,19 @@ LOADER = importlib.machinery.SourceFileLoader("results", str(SCRIPT))
 results = importlib.util.module_from_spec(importlib.util.spec_from_loader("results", LOADER))
 LOADER.exec_module(results)
 
-DATASET_TABLE = """Method ssfr, source turned at random, 2 threads
 
-| set                  | pairs | solved |   rate  | converged | converged wrong | med. deg | med.cm | med. s |
-|----------------------|-------|--------|---------|-----------|-----------------|----------|--------|--------|
-| room                 |     3 |      2 |  66.7 % |         2 |               1 |    0.100 |    1.0 |  0.200 |
-| all                  |     3 |      2 |  66.7 % |         2 |               1 |    0.100 |    1.0 |  0.200 |
 
-Expected calibration error of the confidence: 2.5 %
-Mean seconds a pair: polish 0.1;
-"""
+def entry(dataset, pairs, solved, accepted, wrong, **more):
+    """What summary.json says of a method on a dataset."""
+    return {"method": "ssfr", "dataset": dataset, "pairs": pairs, "solved": solved, "accepted": accepted,
+            "false_positives": wrong, "median_rotation_error_deg": 0.1, "median_translation_error_m": 0.01,
+            "median_time_s": 0.2, "log_loss": 0.25, "calibration_error": 0.025, **more}
+
+
+SUMMARY = {"methods": [entry("room", 3, 2, 2, 1), entry("hall", 1, 0, 0, 0, median_rotation_error_deg=None,
+                                                        median_translation_error_m=None),
+                       entry(None, 4, 2, 2, 1)]}
+SINGLE = {"methods": [entry("room", 3, 2, 2, 1)]}
 
 
 class Document(unittest.TestCase):
@@ -60,23 +63,50 @@ class Tables(unittest.TestCase):
     """Tables from the programs' output."""
 
     def test_padding_and_words_around_a_table_are_dropped(self):
-        lines = results.table_lines(DATASET_TABLE)
-        self.assertEqual(len(lines), 4)
-        self.assertEqual(lines[1], "|" + "---|" * 9)
-        self.assertEqual(lines[2], "| room | 3 | 2 | 66.7 % | 2 | 1 | 0.100 | 1.0 | 0.200 |")
+        lines = results.table_lines("words\n| set  |  s |\n|------|----|\n| room |  3 |\nmore\n")
+        self.assertEqual(lines, ["| set | s |", "|---|---|", "| room | 3 |"])
 
     def test_no_table_is_an_error(self):
         with self.assertRaisesRegex(results.Failure, "no table"):
             results.table_lines("nothing\n| but | this |\n")
 
+    def test_entries_of_all_are_those_of_one_where_there_is_one(self):
+        single, total = results.entries(SUMMARY)
+        self.assertEqual([e["dataset"] for e in single], ["room", "hall"])
+        self.assertIsNone(total["dataset"])
+        self.assertEqual(results.entries(SINGLE)[1]["dataset"], "room")
+        for methods in ([], SUMMARY["methods"][:2], SUMMARY["methods"] * 2):
+            with self.assertRaisesRegex(results.Failure, "ssfr"):
+                results.entries({"methods": methods})
+        with self.assertRaisesRegex(results.Failure, "icp"):
+            results.entries(SUMMARY, "icp")
+
     def test_marks(self):
-        lines = results.marks_table([("turned", DATASET_TABLE), ("as is", DATASET_TABLE.replace("2 |               1", "1 |               0"))])
-        self.assertEqual(lines[2], "| turned | 3 | 2 (66.7 %) | 2 | 1 | 2.5 % |")
-        self.assertEqual(lines[3], "| as is | 3 | 2 (66.7 %) | 1 | 0 | 2.5 % |")
-        with self.assertRaisesRegex(results.Failure, "no row 'all'"):
-            results.marks_table([("none", DATASET_TABLE.replace("| all ", "| one "))])
-        with self.assertRaisesRegex(results.Failure, "no calibration error"):
-            results.marks_table([("none", DATASET_TABLE.replace("2.5 %", ""))])
+        _, total = results.entries(SUMMARY)
+        lines = results.marks_table([("rotated", total), ("ICP", {**total, "log_loss": None, "calibration_error": None})])
+        self.assertEqual(lines[2], "| rotated | 4 | 2 (50.0 %) | 2 | 1 | 2.5 % | 0.250 |")
+        self.assertEqual(lines[3], "| ICP | 4 | 2 (50.0 %) | 2 | 1 | - | - |")
+        self.assertEqual(len({line.count("|") for line in lines}), 1)
+
+    def test_sets(self):
+        lines = results.sets_table(SUMMARY)
+        self.assertEqual(lines[2], "| room | 3 | 2 (66.7 %) | 2 | 1 | 0.100 | 1.0 | 0.200 |")
+        self.assertEqual(lines[3], "| hall | 1 | 0 (0.0 %) | 0 | 0 | - | - | 0.200 |")
+        self.assertEqual(lines[4], "| all | 4 | 2 (50.0 %) | 2 | 1 | 0.100 | 1.0 | 0.200 |")
+
+    def test_success(self):
+        def of(method, *entries):
+            return {"methods": [{**e, "method": method} for e in entries]}
+        every = of("icp_point_to_plane", entry("room", 1, 0, 1, 1))  # every 6th pair: none of the hall
+        runs = {(method, rotated): of(method, *SUMMARY["methods"]) for _, method in results.COMPARED
+                for rotated in (True, False)}
+        runs["icp_point_to_plane", True] = every
+        runs["ssfr", False] = of("ssfr", entry("room", 3, 3, 3, 0), entry("hall", 1, 1, 1, 0), entry(None, 4, 4, 4, 0))
+        lines = results.success_table(runs)
+        self.assertEqual(lines[2], "| room | 2 / 3 | 3 / 3 | 2 / 3 | 2 / 3 | 0 / 1 | 2 / 3 | 0.100 deg, 1.0 cm | 1 |")
+        self.assertEqual(lines[3], "| hall | 0 / 1 | 1 / 1 | 0 / 1 | 0 / 1 | - | 0 / 1 | -, - | 0 |")
+        self.assertEqual(lines[4], "| all | 2 / 4 | 4 / 4 | 2 / 4 | 2 / 4 | 0 / 1 | 2 / 4 | 0.100 deg, 1.0 cm | 1 |")
+        self.assertEqual(len({line.count("|") for line in lines}), 1)
 
     def test_stages(self):
         report = {"benchmarks": [
@@ -101,7 +131,8 @@ class CommandLine(unittest.TestCase):
 
     def test_wrong_use_is_named(self):
         for arguments, message in ((["--fast"], "unknown option '--fast'"), (["--only"], "needs a value"),
-                                   (["--only", "speed,sped"], "'sped'"), (["/no/such/folder"], "no pairs.csv")):
+                                   (["--only", "speed,sped"], "'sped'"), (["--every", "0"], "--every: '0'"),
+                                   (["--jobs", "x"], "--jobs: 'x'"), (["/no/such/folder"], "no pairs.csv")):
             done = self.run_script(*arguments)
             self.assertEqual(done.returncode, 2, done.stderr)
             self.assertIn(message, done.stderr)
@@ -115,7 +146,7 @@ class CommandLine(unittest.TestCase):
     def test_a_build_without_the_programs_is_an_error(self):
         done = self.run_script("--only", "speed", "--build-dir", str(SCRIPT.parent))
         self.assertEqual(done.returncode, 3)
-        self.assertIn("no program dataset_table", done.stderr)
+        self.assertIn("no program ssfr_benchmark", done.stderr)
 
 
 if __name__ == "__main__":

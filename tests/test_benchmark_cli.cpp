@@ -18,9 +18,11 @@
 #include <nlohmann/json.hpp>
 
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <fstream>
 #include <map>
+#include <set>
 #include <sys/wait.h>
 #include <thread>
 #include <unistd.h>
@@ -141,7 +143,7 @@ protected:
     std::map<std::string, std::string> result;
     for (ResultRow row : rows(name)) {
       row.time_s = row.cpu_s = row.peak_rss_mib = 0;
-      EXPECT_TRUE(result.emplace(rowKey(row.dataset, row.pair, row.variation, row.method), toCsvLine(row)).second);
+      EXPECT_TRUE(result.emplace(rowKey(row), toCsvLine(row)).second);
     }
     return result;
   }
@@ -268,6 +270,64 @@ TEST_F(BenchmarkProgram, perturbedPairsAreTheSameForEveryNumberOfJobs)
     if (row.method == "icp_point_to_plane") {
       EXPECT_FALSE(row.success);
     }
+  }
+}
+
+TEST_F(BenchmarkProgram, candidatesAndMovedOrigins)
+{
+  const std::string what = small() + "--methods ssfr,icp_point_to_point --pairs 0 --random-rotation ";
+  const std::string common = what + out();
+  ASSERT_EQ(run(common + "--origin-offset 30 --candidates").code, 0);
+  const std::vector<ResultRow> all = rows();
+  ASSERT_EQ(all.size(), 2U);
+  EXPECT_EQ(all[0].method, "ssfr");
+  EXPECT_TRUE(all[0].success) << all[0].message;
+  EXPECT_EQ(all[0].right_rank, 1);
+  ASSERT_TRUE(all[0].truth);
+  EXPECT_EQ(all[0].variation.origin_offset_m, 30);
+  std::ifstream in(folder_.file("out/candidates.csv"));
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(in, line);)
+    lines.push_back(line);
+  ASSERT_GE(lines.size(), 3U);
+  EXPECT_THAT(lines[0], HasSubstr("score,overlap,contradiction,"));
+  EXPECT_THAT(lines[1], HasSubstr(",ssfr,1,1,")); // the first of ssfr is right, that of ICP is not
+  EXPECT_THAT(lines.back(), AllOf(StartsWith("2,small,"), HasSubstr(",icp_point_to_point,1,0,")));
+  EXPECT_THAT(run(common + "--origin-offset 30 --resume").errors, HasSubstr("candidates was true and is now false"));
+  EXPECT_GT(all[0].overlap, 0.3);
+  EXPECT_THAT(run(common + "--origin-offset 30 --candidates --no-rmse --resume").errors,
+              HasSubstr("rmse was true and is now false"));
+  ASSERT_EQ(run(what + "--origin-offset 30 --candidates --no-rmse" + out("quick")).code, 0);
+  const ResultRow quick = rows("quick").front();
+  EXPECT_TRUE(std::isnan(quick.overlap) && std::isnan(quick.rmse_m) && std::isnan(quick.gt_rmse_m));
+  EXPECT_EQ(quick.rotation_error_deg, all[0].rotation_error_deg); // nothing else changes
+  EXPECT_EQ(quick.source_points, all[0].source_points);
+  // Another variation is another row of the same folder.
+  ASSERT_EQ(run(common + "--degrade-every 3 --candidates --resume").code, 0);
+  EXPECT_EQ(rows().size(), 4U);
+  const auto summary = nlohmann::json::parse(io::readFile(folder_.file("out/summary.json")));
+  ASSERT_EQ(summary["methods"].size(), 4U);
+  std::set<std::pair<double, int>> variations;
+  for (const auto& entry : summary["methods"])
+    variations.emplace(entry["variation"]["origin_offset_m"], entry["variation"]["degrade_every"]);
+  EXPECT_EQ(variations, (std::set<std::pair<double, int>>{{30., 1}, {0., 3}}));
+}
+
+TEST_F(BenchmarkProgram, acceptedAnswersAreFalseWhereNoPoseIsRight)
+{
+  ASSERT_EQ(run(small() + out() + "--methods icp_point_to_point,ssfr --pairs 0 --mirror-source").code, 0);
+  for (const ResultRow& row : rows()) {
+    EXPECT_FALSE(row.success);
+    EXPECT_FALSE(row.truth);
+    EXPECT_TRUE(std::isnan(row.rotation_error_deg));
+    EXPECT_TRUE(std::isnan(row.overlap));
+  }
+  const auto summary = nlohmann::json::parse(io::readFile(folder_.file("out/summary.json")));
+  for (const auto& entry : summary["methods"]) {
+    EXPECT_EQ(entry["solved"], 0);
+    EXPECT_EQ(entry["accepted"], entry["method"] == "ssfr" ? 0 : 1); // ICP accepts where it stops
+    EXPECT_EQ(entry["false_positives"], entry["accepted"]);
+    EXPECT_EQ(entry["log_loss"].is_number(), entry["method"] == "ssfr");
   }
 }
 
@@ -479,7 +539,7 @@ TEST_F(Interrupted, killedRunsGoOn)
   EXPECT_GE(rows().size(), 1U);
   EXPECT_LT(rows().size(), 4U);
   io::writeFile(folder_.file("out/results.csv"), before + "small,torn");
-  EXPECT_EQ(run(arguments()).code, 3); // not without being told to
+  EXPECT_EQ(run(arguments()).code, 3); // not without --resume
   EXPECT_THAT(run(arguments() + " --resume --seed 5").errors, HasSubstr("seed was 1 and is now 5"));
   ASSERT_EQ(run(arguments() + " --resume").code, 0);
   EXPECT_EQ(answers("out").size(), 4U); // each once

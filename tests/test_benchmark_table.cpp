@@ -26,6 +26,7 @@ using ::testing::ElementsAre;
 using ::testing::EndsWith;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
+using ::testing::UnorderedElementsAre;
 using Json = nlohmann::ordered_json;
 
 std::string
@@ -67,6 +68,8 @@ TEST(ResultRow, comesBackFromItsLine)
   row.pair = 12;
   row.seed = 18446744073709551557ULL;
   row.variation = {0.05, 0.01, 0.1, 0.5, Perturbation::Se3};
+  row.target_dataset = "other, place";
+  row.right_rank = 3;
   row.T_target_source = Eigen::Isometry3d(Eigen::Translation3d(691234.123456789, 1. / 3, 0) *
                                           Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitZ()));
   const std::string line = toCsvLine(row);
@@ -76,6 +79,8 @@ TEST(ResultRow, comesBackFromItsLine)
   EXPECT_EQ(back.message, "first second, third");
   EXPECT_EQ(back.seed, row.seed);
   EXPECT_EQ(back.variation.perturbation, Perturbation::Se3);
+  EXPECT_EQ(back.target_dataset, "other, place");
+  EXPECT_EQ(back.right_rank, 3);
   EXPECT_TRUE(std::isnan(back.rmse_m));
   EXPECT_FALSE(back.truth);
   ASSERT_TRUE(back.T_target_source);
@@ -197,6 +202,13 @@ TEST(BenchmarkOptions, errorsNameWhatIsWrong)
   EXPECT_THAT(with({"--perturb", "much"}), HasSubstr("--perturb: 'much'"));
   EXPECT_THAT(with({"--overlap", "0.5,1.5"}), HasSubstr("--overlap: '1.5'"));
   EXPECT_THAT(with({"--resolution", "nan"}), HasSubstr("--resolution: 'nan'"));
+  EXPECT_THAT(with({"--random-rotation", "--perturb", "se3"}),
+              HasSubstr("--random-rotation contradicts --perturb se3"));
+  EXPECT_THAT(with({"--pairs-from", "some"}), HasSubstr("--pairs-from: 'some'"));
+  EXPECT_THAT(with({"--origin-offset=-1"}), HasSubstr("--origin-offset: '-1'"));
+  EXPECT_THAT(with({"--degrade-every", "0"}), HasSubstr("--degrade-every: '0'"));
+  EXPECT_THAT(with({"--degrade-sector", "361"}), HasSubstr("--degrade-sector: '361'"));
+  EXPECT_THAT(with({"--degrade-nearest", "0"}), HasSubstr("--degrade-nearest: '0'"));
 }
 
 TEST(BenchmarkOptions, listsAreRead)
@@ -220,7 +232,40 @@ TEST(BenchmarkOptions, listsAreRead)
   EXPECT_THAT(arguments.pairs, ElementsAre(0, 3));
   EXPECT_THAT(arguments.resolutions, ElementsAre(0, 0.1));
   EXPECT_TRUE(arguments.resume);
-  EXPECT_EQ(arguments.perturbation, Perturbation::Se3);
+  EXPECT_EQ(arguments.variation.perturbation, Perturbation::Se3);
+}
+
+TEST(BenchmarkOptions, variationsAreRead)
+{
+  const Variation variation = parseBenchmarkArguments({"--dataset",
+                                                       "a",
+                                                       "--out",
+                                                       "o",
+                                                       "--random-rotation",
+                                                       "--pairs-from",
+                                                       "unlisted",
+                                                       "--origin-offset",
+                                                       "50",
+                                                       "--merge-target",
+                                                       "--mirror-source",
+                                                       "--degrade-every",
+                                                       "5",
+                                                       "--degrade-sector",
+                                                       "240",
+                                                       "--degrade-nearest",
+                                                       "0.65"})
+                                  .variation;
+  EXPECT_EQ(variation.perturbation, Perturbation::Rotation);
+  EXPECT_EQ(variation.pairs_from, PairsFrom::Unlisted);
+  EXPECT_EQ(variation.origin_offset_m, 50);
+  EXPECT_TRUE(variation.merge_target);
+  EXPECT_TRUE(variation.mirror_source);
+  EXPECT_EQ(variation.degradation.every, 5U);
+  EXPECT_EQ(variation.degradation.sector_deg, 240);
+  EXPECT_EQ(variation.degradation.nearest, 0.65);
+  EXPECT_TRUE(
+      parseBenchmarkArguments({"--dataset", "a", "--out", "o", "--degrade-sector", "360", "--degrade-nearest", "1"})
+          .variation.degradation.keepsAll());
 }
 
 TEST(BenchmarkOptions, helpNamesEveryMethodAndParameter)
@@ -258,6 +303,78 @@ TEST_F(Plan, isEveryCombination)
     for (std::size_t m = 0; m < plan.methods.size(); ++m)
       keys.insert(plan.key(p, m));
   EXPECT_EQ(keys.size(), 8U);
+}
+
+TEST_F(Plan, takesPairsThatAreNotListed)
+{
+  BenchmarkArguments wanted = arguments();
+  for (const char* scan : {"c.xyz", "d.xyz", "e.xyz"})
+    io::writeFile(folder_.file(scan), "1 2 3\n");
+  const auto line = [](const std::string& names) { return names + ",x,1,0,0,1.5,0,1,0,0,0,0,1,0\n"; };
+  // a -> b -> c, d -> b; e -> e apart from them.
+  io::writeFile(folder_.file("pairs.csv"),
+                kHeader + line("a.xyz,b.xyz") + line("b.xyz,c.xyz") + line("d.xyz,b.xyz") + line("e.xyz,e.xyz"));
+  const auto planned = [&] {
+    std::vector<std::string> names;
+    for (const PlannedPair& pair : makePlan(wanted).pairs)
+      names.push_back(pair.source.substr(0, 1) + pair.target.substr(0, 1) +
+                      (pair.request.T_target_source ? "" : " unknown"));
+    return names;
+  };
+  wanted.variation.pairs_from = PairsFrom::All;
+  EXPECT_THAT(
+      planned(),
+      UnorderedElementsAre("ab", "bc", "ac", "db", "ad", "cd", "ae unknown", "be unknown", "ce unknown", "de unknown"));
+  wanted.overlaps = {0.5};
+  EXPECT_THAT(messageOf([&] { makePlan(wanted); }), AllOf(HasSubstr("--overlap"), HasSubstr("e.xyz")));
+  wanted.overlaps = {};
+  wanted.pairs = {10};
+  EXPECT_THAT(messageOf([&] { makePlan(wanted); }), HasSubstr("rows 0 to 9"));
+  wanted.pairs = {};
+  wanted.variation.pairs_from = PairsFrom::Unlisted;
+  EXPECT_THAT(planned(), UnorderedElementsAre("ba", "cb", "bd", "ac", "ca", "ad", "da", "cd", "dc"));
+  wanted.variation.pairs_from = PairsFrom::Unrelated;
+  EXPECT_THAT(messageOf([&] { makePlan(wanted); }), HasSubstr("two datasets"));
+  wanted.variation.pairs_from = PairsFrom::Listed;
+  wanted.variation.merge_target = true;
+  EXPECT_THAT(planned(), ElementsAre("ab", "db")); // two scans lie in b
+  EXPECT_THAT(makePlan(wanted).pairs[0].request.merged->path, EndsWith("d.xyz"));
+}
+
+TEST_F(Plan, pairsTheSourcesOfOneDatasetWithTheTargetsOfTheNext)
+{
+  BenchmarkArguments wanted = arguments();
+  const testing::TemporaryFolder other;
+  io::writeFile(other.file("p.xyz"), "1 2 3\n");
+  io::writeFile(other.file("q.xyz"), "1 2 3\n");
+  io::writeFile(other.file("pairs.csv"), std::string(kHeader) + "p.xyz,q.xyz,x,1,0,0,1.5,0,1,0,0,0,0,1,0\n");
+  wanted.datasets.push_back(other.file(""));
+  wanted.variation.pairs_from = PairsFrom::Unrelated;
+  const BenchmarkPlan plan = makePlan(wanted);
+  ASSERT_EQ(plan.pairs.size(), 4U); // three rows of the first, one of the second
+  EXPECT_EQ(plan.pairs[2].source, "a.xyz");
+  EXPECT_EQ(plan.pairs[2].target, "q.xyz");
+  EXPECT_EQ(plan.pairs[2].target_dataset, plan.datasets[1].name);
+  EXPECT_EQ(plan.pairs[3].source, "p.xyz");
+  EXPECT_EQ(plan.pairs[3].target, "b.xyz");
+  for (const PlannedPair& pair : plan.pairs)
+    EXPECT_FALSE(pair.request.T_target_source);
+}
+
+TEST_F(Plan, datasetsOfOneNameGoByTheirFolders)
+{
+  BenchmarkArguments wanted = arguments();
+  const testing::TemporaryFolder other;
+  for (const testing::TemporaryFolder* folder : {&folder_, &other}) {
+    io::writeFile(folder->file("a.xyz"), "1 2 3\n");
+    io::writeFile(folder->file("pairs.csv"), std::string(kHeader) + "a.xyz,a.xyz,x,1,0,0,1.5,0,1,0,0,0,0,1,0\n");
+    io::writeFile(folder->file("dataset.json"), R"({"name": "place"})");
+  }
+  EXPECT_EQ(makePlan(wanted).datasets[0].name, "place");
+  wanted.datasets.push_back(other.file(""));
+  const BenchmarkPlan plan = makePlan(wanted);
+  EXPECT_NE(plan.datasets[0].name, plan.datasets[1].name);
+  EXPECT_THAT(other.file(""), HasSubstr(plan.datasets[1].name));
 }
 
 TEST_F(Plan, errorsComeBeforeWork)
@@ -375,15 +492,15 @@ TEST_F(Store, rowsAreOnTheDiskAtOnceAndAreKept)
 {
   {
     ResultsStore store(out(), settings(), false);
-    store.append(row(0));
+    store.append({row(0), {}});
     EXPECT_EQ(csv(), csvHeader() + "\n" + toCsvLine(row(0)) + "\n");
-    store.append(row(1));
+    store.append({row(1), {}});
   }
   EXPECT_THAT(openError(settings(), false), AllOf(HasSubstr("results.csv"), HasSubstr("--resume")));
   ResultsStore again(out(), settings(), true);
   EXPECT_EQ(again.rows().size(), 2U);
-  EXPECT_TRUE(again.contains(rowKey("d", 1, {}, "ssfr")));
-  EXPECT_FALSE(again.contains(rowKey("d", 2, {}, "ssfr")));
+  EXPECT_TRUE(again.contains(rowKey("d", "", 1, {}, "ssfr")));
+  EXPECT_FALSE(again.contains(rowKey("d", "", 2, {}, "ssfr")));
 }
 
 TEST_F(Store, aRowIsFoundAgainWhateverItsDatasetIsCalled)
@@ -394,21 +511,21 @@ TEST_F(Store, aRowIsFoundAgainWhateverItsDatasetIsCalled)
     for (const std::string& name : names) {
       ResultRow named = row(0);
       named.dataset = name;
-      store.append(named);
+      store.append({named, {}});
     }
   }
   const ResultsStore again(out(), settings(), true);
   for (const std::string& name : names)
-    EXPECT_TRUE(again.contains(rowKey(name, 0, {}, "ssfr"))) << name;
-  EXPECT_FALSE(again.contains(rowKey("other", 0, {}, "ssfr")));
+    EXPECT_TRUE(again.contains(rowKey(name, "", 0, {}, "ssfr"))) << name;
+  EXPECT_FALSE(again.contains(rowKey("other", "", 0, {}, "ssfr")));
 }
 
 TEST_F(Store, aTornLastLineIsDroppedAndWrittenAgain)
 {
   {
     ResultsStore store(out(), settings(), false);
-    store.append(row(0));
-    store.append(row(1));
+    store.append({row(0), {}});
+    store.append({row(1), {}});
   }
   const std::string whole = csv();
   const std::string first = whole.substr(0, whole.find('\n', whole.find('\n') + 1) + 1);
@@ -417,8 +534,8 @@ TEST_F(Store, aTornLastLineIsDroppedAndWrittenAgain)
     ResultsStore store(out(), settings(), true);
     EXPECT_EQ(store.rows().size(), kept >= first.size() ? 1U : 0U) << kept;
     for (const std::size_t pair : {std::size_t{0}, std::size_t{1}})
-      if (!store.contains(rowKey("d", pair, {}, "ssfr")))
-        store.append(row(pair));
+      if (!store.contains(rowKey("d", "", pair, {}, "ssfr")))
+        store.append({row(pair), {}});
     EXPECT_EQ(csv(), whole) << kept;
   }
 }
@@ -427,7 +544,7 @@ TEST_F(Store, differentSettingsAreNotMixed)
 {
   {
     ResultsStore store(out(), settings(), false);
-    store.append(row(0));
+    store.append({row(0), {}});
   }
   EXPECT_THAT(openError(settings(2), true), AllOf(HasSubstr("seed was 1 and is now 2"), HasSubstr("settings.json")));
   Json other = settings();
@@ -456,12 +573,45 @@ TEST_F(Store, aWrongLineIsNamed)
 {
   {
     ResultsStore store(out(), settings(), false);
-    store.append(row(0));
+    store.append({row(0), {}});
   }
   io::writeFile(folder_.file("out/results.csv"), csv() + "what,is,this\n");
   EXPECT_THAT(openError(settings(), true), HasSubstr("results.csv:3: 3 columns"));
   io::writeFile(folder_.file("out/results.csv"), "other,header\n");
   EXPECT_THAT(openError(settings(), true), HasSubstr("results.csv:1:"));
+}
+
+TEST_F(Store, candidatesNameTheirRowAndThoseOfALostRowGo)
+{
+  const std::string path = folder_.file("out/candidates.csv");
+  const auto result = [](std::size_t pair) {
+    PairResult with{row(pair), candidatesOf(Result())};
+    for (int k = 0; k < 2; ++k)
+      with.candidates.push_back(
+          {Eigen::Isometry3d::Identity(), std::vector<double>(candidateFields({}, {}).size(), 0.5), k == 1});
+    return with;
+  };
+  {
+    ResultsStore store(out(), settings(), false, true);
+    store.append(result(0));
+    store.append(result(1));
+  }
+  const std::string whole = io::readFile(path);
+  EXPECT_THAT(whole, StartsWith("row,dataset,source,target,method,rank,right,T00,"));
+  EXPECT_THAT(whole, HasSubstr("\n1,d,,,ssfr,1,0,1,0,"));
+  EXPECT_THAT(whole, HasSubstr("\n2,d,,,ssfr,2,1,1,0,"));
+  const auto columns = [](const std::string& line) { return io::splitCsvLine(line).size(); };
+  EXPECT_EQ(columns(whole.substr(0, whole.find('\n'))), 7 + 16 + candidateFields({}, {}).size());
+  // Killed between the candidates and their row, and within a line.
+  io::writeFile(path, whole + candidateLine(3, row(2), 1, result(2).candidates[0]) + "\n3,d,,");
+  {
+    ResultsStore store(out(), settings(), true, true);
+    EXPECT_EQ(io::readFile(path), whole);
+    store.append(result(2));
+  }
+  EXPECT_EQ(io::readFile(path),
+            whole + candidateLine(3, row(2), 1, result(2).candidates[0]) + "\n" +
+                candidateLine(3, row(2), 2, result(2).candidates[1]) + "\n");
 }
 
 } // namespace

@@ -5,12 +5,12 @@
 // random rotation about its sensor first. A row names pairs and how many of them may be missed; nothing wrong may be
 // accepted.
 
-#include "pair_variants.h"
 #include "real_scans.h"
 #include "simulated_scans.h"
 #include "synthetic_scene.h"
 
 #include <apps/io/dataset_folder.h>
+#include <apps/pairs/pair_list.h>
 
 #include <gtest/gtest.h>
 
@@ -31,11 +31,11 @@ using namespace pcl_ssfr::testing;
 namespace fs = std::filesystem;
 
 PosedScan
-loadScan(const std::string& file, const benchmarks::Spoil& spoil)
+loadScan(const std::string& file, const apps::Degradation& spoil)
 {
   constexpr std::uint64_t kSeed = 1;
   PosedScan scan;
-  scan.points = toColumns(*benchmarks::spoiled(*loadPoints(file), spoil, kSeed));
+  scan.points = toColumns(*apps::degraded(*loadPoints(file), spoil, kSeed));
   return scan;
 }
 
@@ -45,8 +45,8 @@ struct Row {
   const char* folder;
   std::vector<std::size_t> pairs; ///< rows of pairs.csv, the first is 0
   std::size_t may_fail;           ///< so many may be unsolved or refused
-  benchmarks::Spoil source;       ///< what is taken away from each source
-  benchmarks::Spoil target;       ///< and from each target
+  apps::Degradation source;       ///< what is taken away from each source
+  apps::Degradation target;       ///< and from each target
   std::uint64_t turns = 1000;     ///< seeds of the random turns: this and the number of the row
 };
 
@@ -63,8 +63,8 @@ expectSolved(const std::string& folder,
              const std::vector<io::ScanPair>& pairs,
              const std::vector<std::size_t>& rows,
              std::size_t may_fail,
-             const benchmarks::Spoil& spoil_source = {},
-             const benchmarks::Spoil& spoil_target = {},
+             const apps::Degradation& spoil_source = {},
+             const apps::Degradation& spoil_target = {},
              std::uint64_t turns = 1000)
 {
   std::size_t believed = 0;
@@ -88,18 +88,18 @@ expectSolved(const std::string& folder,
   EXPECT_GE(believed + may_fail, rows.size()) << failures;
 }
 
-benchmarks::Spoil
+apps::Degradation
 every(std::size_t k)
 {
-  benchmarks::Spoil spoil;
+  apps::Degradation spoil;
   spoil.every = k;
   return spoil;
 }
 
-benchmarks::Spoil
+apps::Degradation
 nearest(double share)
 {
-  benchmarks::Spoil spoil;
+  apps::Degradation spoil;
   spoil.nearest = share;
   return spoil;
 }
@@ -132,7 +132,10 @@ TEST(LittleOverlap, FifteenToThirtyPercentOfACarPark)
                                                                 {"scan08.pcd", "scan04.pcd"},
                                                                 {"scan09.pcd", "scan05.pcd"},
                                                                 {"scan09.pcd", "scan11.pcd"}};
-  const std::vector<io::ScanPair> pairs = benchmarks::otherPairs(dataset.pairs);
+  const apps::PairList unlisted(dataset, dataset, apps::PairsFrom::Unlisted);
+  std::vector<io::ScanPair> pairs;
+  for (std::size_t i = 0; i < unlisted.size(); ++i)
+    pairs.push_back({unlisted[i].source, unlisted[i].target, unlisted[i].T_target_source.value()});
   std::vector<std::size_t> rows;
   for (std::size_t i = 0; i < pairs.size(); ++i)
     if (wanted.count({pairs[i].source, pairs[i].target}) > 0)

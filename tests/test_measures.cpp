@@ -162,6 +162,21 @@ TEST(PrecisionRecall, countsFromTheSurestDown)
   EXPECT_TRUE(precisionRecall({}, 5).empty());
 }
 
+TEST(LogLoss, isThatOfWhatCameTrue)
+{
+  EXPECT_NEAR(logLoss({{0.8, true}, {0.3, false}}), -(std::log(0.8) + std::log(0.7)) / 2, 1e-12);
+  EXPECT_NEAR(logLoss({{1, false}, {0, true}}), -std::log(1e-4), 1e-9); // a false certainty is not infinite
+  EXPECT_TRUE(std::isnan(logLoss({})));
+}
+
+TEST(CalibrationError, isTheMeanGapOfTenBins)
+{
+  // 0.82 and 0.88 share a bin: their gap is that of the sums. 1 is in the last bin.
+  EXPECT_NEAR(calibrationError({{0.82, true}, {0.88, false}, {0.11, false}, {1, true}}), (0.7 + 0.11) / 4, 1e-12);
+  EXPECT_EQ(calibrationError({{1, true}, {0, false}}), 0);
+  EXPECT_TRUE(std::isnan(calibrationError({})));
+}
+
 // ---------------------------------------------------------------------------------------------------------------------
 // Tables
 
@@ -219,12 +234,15 @@ TEST(Summarize, countsWhatHappened)
   EXPECT_EQ(a_ssfr.converged_wrong.count, 0U);
   EXPECT_EQ(a_ssfr.failures.at("ambiguous"), 1U);
   EXPECT_EQ(a_ssfr.precision_recall.size(), 2U);
+  EXPECT_NEAR(a_ssfr.log_loss, -(std::log(0.9) + std::log(0.8)) / 2, 1e-12);
+  EXPECT_NEAR(a_ssfr.calibration_error, (0.1 + 0.2) / 2, 1e-12);
   const MethodSummary& a_icp = results.summaries[3];
   EXPECT_EQ(a_icp.converged.count, 2U);
   EXPECT_EQ(a_icp.converged_wrong.count, 1U);
   EXPECT_EQ(a_icp.converged_wrong.of, 2U);
   EXPECT_EQ(a_icp.failures.at("wrong pose"), 1U);
   EXPECT_TRUE(a_icp.precision_recall.empty());
+  EXPECT_TRUE(std::isnan(a_icp.log_loss));
   EXPECT_EQ(a_icp.median_time_s, 1.5);
   EXPECT_EQ(a_icp.peak_rss_mib, 101);
   const MethodSummary& all_icp = results.summaries[5];

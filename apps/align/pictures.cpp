@@ -24,7 +24,7 @@ subtitleAfter(const Report& report)
   if (report.run.judged)
     std::snprintf(text.data(),
                   text.size(),
-                  "%s: turned by %.1f\u00b0, moved by %.2f m, overlap %.0f %%, confidence %.2f, %.2f s",
+                  "%s: rotated by %.1f\u00b0, moved by %.2f m, overlap %.0f %%, confidence %.2f, %.2f s",
                   report.method.c_str(),
                   angle,
                   result.T_target_source.translation().norm(),
@@ -34,7 +34,7 @@ subtitleAfter(const Report& report)
   else
     std::snprintf(text.data(),
                   text.size(),
-                  "%s: turned by %.1f\u00b0, moved by %.2f m, overlap %.0f %%, %.2f s",
+                  "%s: rotated by %.1f\u00b0, moved by %.2f m, overlap %.0f %%, %.2f s",
                   report.method.c_str(),
                   angle,
                   result.T_target_source.translation().norm(),

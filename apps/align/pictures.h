@@ -14,7 +14,7 @@ namespace apps {
  *
  * Before, the source lies as its file says; after, as the result says (the best pose considered when none was accepted,
  * and the picture says so). Up is the gravity of the options when it is given, else the z axis of the target; the view
- * is turned about it until the walls are straight. What is far off, the floor and the ceiling are cut away.
+ * is rotated about it until the walls are straight. What is far off, the floor and the ceiling are cut away.
  *
  * \param[in] folder created when it does not exist
  *

@@ -32,7 +32,7 @@ describeOptions()
   // clang-format off
   run.add_options()
       ("dataset", po::value<std::vector<std::string>>()->value_name("DIR...")->multitoken()->composing(),
-       "dataset folders: pairs.csv with source, target and ground truth T00..T33, scans beside it or in scans/")
+       "dataset folders: pairs.csv with source, target and ground truth T00..T33, scans next to it or in scans/")
       ("methods", po::value<std::vector<std::string>>()->value_name("A,B,...")->multitoken()->composing(),
        "methods to compare, or all (default: ssfr)")
       ("external", text("FILE"),
@@ -41,20 +41,36 @@ describeOptions()
        "confidence. All of them are run, or those that --methods names")
       ("every", text("K"), "take every K-th pair of each dataset")
       ("pairs", text("I,J,..."), "take these rows of each pairs.csv, counted from 0")
+      ("pairs-from", text("KIND"),
+       "listed (default): the pairs of pairs.csv; unlisted: all ordered pairs that chains of listed pairs connect, but "
+       "for the listed ones; all: every unordered pair of the scans that pairs.csv names; unrelated: the sources with "
+       "the targets of the next --dataset, where every accepted answer is a false positive")
       ("parameters", text("FILE"), "JSON that overrides the rule of parameters, see below");
   po::options_description input("What is done to the scans first", kHelpWidth);
   input.add_options()
       ("perturb", text("KIND"),
-       "none (default), rotation: turn each source at random about its origin, se3: turn and shift it; ground truth "
-       "follows")
+       "none (default), rotation: rotate each source at random about its origin, se3: rotate and translate it; ground "
+       "truth follows")
+      ("random-rotation", "the same as --perturb rotation")
       ("seed", text("S"), "of all random numbers (default: 1)")
       ("resolution", text("R1,R2,..."), "thin both scans to this spacing [m], one run each; 0: as they are")
       ("noise", text("S1,S2,..."), "add Gaussian noise of this size to the source [m]")
       ("overlap", text("F1,F2,..."), "cut the target until only this share of the source has a counterpart, 0 to 1")
-      ("outliers", text("F1,F2,..."), "turn this share of the source into uniform noise, 0 to 1");
+      ("outliers", text("F1,F2,..."), "replace this share of the source by uniform noise, 0 to 1")
+      ("origin-offset", text("M"), "move both origins this far from the sensors, which is not reported to any method [m]")
+      ("merge-target",
+       "lay the source of another pair into each target, which has no single viewpoint then; pairs without such are left "
+       "out")
+      ("mirror-source", "mirror each source, as a left-handed file is: every accepted answer is a false positive")
+      ("degrade-every", text("K"), "keep every K-th point of each source")
+      ("degrade-sector", text("DEG"), "keep a sector of each source of this width about the z axis of its sensor, at a "
+       "random place [deg]")
+      ("degrade-nearest", text("SHARE"), "keep this share of each source, the points nearest to its sensor, 0 to 1");
   po::options_description how("How it is run", kHelpWidth);
   how.add_options()
-      ("out", text("DIR"), "folder for results.csv, settings.json, summary.json, summary.md, report.html")
+      ("out", text("DIR"), "folder for results.csv, candidates.csv, settings.json, summary.json, summary.md, report.html")
+      ("candidates", "write candidates.csv too: every pose that a method considered, with the evidence for it")
+      ("no-rmse", "leave overlap, rmse_m and gt_rmse_m empty: most of the time of a short run goes into them")
       ("resume", "go on with the results in DIR: what is done is not run again")
       ("report-only", "run nothing: write the reports of the results in DIR again; with --dataset, with pictures")
       ("pictures", text("N"), "pairs that report.html shows pictures of, those that most methods failed on first "
@@ -191,6 +207,40 @@ parseTokens(const std::vector<std::string>& arguments)
   return values;
 }
 
+/// What is not varied by a list.
+Variation
+readVariation(const po::variables_map& map, const Values& values)
+{
+  constexpr double kFarthest = 1e6;   // [m]
+  constexpr double kFullCircle = 360; // [deg]
+  constexpr double kLeast = 1e-3;     // of what must not be zero
+  const auto upTo = [](double high) { return std::nextafter(high, 2 * high); };
+  const auto parsed = [&values](const char* name, auto parse, const char* fallback) {
+    try {
+      return parse(values.text(name, fallback));
+    }
+    catch (const std::invalid_argument& error) {
+      throw UsageError(std::string("--") + name + ": " + error.what());
+    }
+  };
+  Variation variation;
+  variation.perturbation = parsed("perturb", parsePerturbation, "none");
+  if (map.count("random-rotation") > 0) {
+    if (map.count("perturb") > 0 && variation.perturbation != Perturbation::Rotation)
+      throw UsageError(std::string("--random-rotation contradicts --perturb ") + toString(variation.perturbation));
+    variation.perturbation = Perturbation::Rotation;
+  }
+  variation.pairs_from = parsed("pairs-from", parsePairsFrom, "listed");
+  variation.origin_offset_m = values.number("origin-offset", 0, 0, kFarthest);
+  variation.merge_target = map.count("merge-target") > 0;
+  variation.mirror_source = map.count("mirror-source") > 0;
+  Degradation& degradation = variation.degradation;
+  degradation.every = values.count("degrade-every", 1, 1, std::uint64_t{1} << 40);
+  degradation.sector_deg = values.number("degrade-sector", kFullCircle, kLeast, upTo(kFullCircle));
+  degradation.nearest = values.number("degrade-nearest", 1, kLeast, upTo(1));
+  return variation;
+}
+
 } // namespace
 
 BenchmarkArguments
@@ -236,13 +286,9 @@ parseBenchmarkArguments(const std::vector<std::string>& arguments)
   result.timeout =
       values.number("timeout", std::max(result.timeout, kWallPerCpu * result.cpu_timeout), kShortest, kFar);
   result.seed = values.count("seed", result.seed, 0, std::uint64_t{1} << 53);
-  const std::string perturb = values.text("perturb", "none");
-  try {
-    result.perturbation = parsePerturbation(perturb);
-  }
-  catch (const std::invalid_argument& error) {
-    throw UsageError(std::string("--perturb: ") + error.what());
-  }
+  result.candidates = map.count("candidates") > 0;
+  result.rmse = map.count("no-rmse") == 0;
+  result.variation = readVariation(map, values);
   result.resolutions = values.numbers("resolution", kFar);
   result.noises = values.numbers("noise", kFar);
   result.overlaps = values.numbers("overlap", 1);
@@ -257,7 +303,7 @@ benchmarkHelp()
   text << "Usage: ssfr_benchmark --dataset DIR... --methods A,B,...|all --out DIR [options]\n\n"
           "Runs registration methods on pairs of scans whose true pose is known, each in a process of its own, and "
           "says\n"
-          "who succeeds, how exactly, how fast, with how much memory, and who is sure of a wrong answer. Every result "
+          "who succeeds, how exactly, how fast, with how much memory, and who accepts a wrong pose. Every result "
           "is\n"
           "in results.csv as soon as it is there; a run that was stopped or killed goes on with --resume.\n\n"
           "Example:\n"

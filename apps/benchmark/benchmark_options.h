@@ -32,10 +32,12 @@ struct BenchmarkArguments {
   unsigned jobs = 1;
   unsigned threads = 1; ///< of each method, 0: all processors
   std::size_t every = 1;
-  std::vector<std::size_t> pairs; ///< rows of pairs.csv from 0; empty: all
+  std::vector<std::size_t> pairs; ///< rows of pairs.csv, or of the pairs that --pairs-from gives, from 0; empty: all
   double timeout = 300;           ///< of wall clock [s]
   double cpu_timeout = 0;         ///< of processor time [s]; 0: no limit
-  Perturbation perturbation = Perturbation::None;
+  bool candidates = false;        ///< write candidates.csv
+  bool rmse = true;               ///< measure overlap and RMSE at the truth
+  Variation variation;            ///< what is not varied by a list
   std::uint64_t seed = 1;
   std::vector<double> resolutions; ///< [m], 0: as it is; empty: not varied
   std::vector<double> noises;      ///< [m]

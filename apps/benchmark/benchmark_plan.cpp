@@ -6,12 +6,14 @@
 #include <pcl_ssfr/version.h>
 
 #include <apps/io/file_bytes.h>
+#include <apps/pairs/pair_list.h>
 #include <apps/pairs/result_row.h>
 
 #include <algorithm>
 #include <array>
 #include <cstdio>
 #include <filesystem>
+#include <map>
 #include <set>
 
 namespace pcl_ssfr {
@@ -105,7 +107,7 @@ chooseMethods(const BenchmarkArguments& arguments)
     if (other != external.end())
       names_external = true;
     else if (!findMethod(name))
-      throw UsageError("--methods: " + io::inQuotes(name) + " is not a method" +
+      throw UsageError("--methods: " + io::inQuotes(name) + " " + describeUnknown(name) +
                        (arguments.external.empty() ? "" : ", nor is it in " + arguments.external));
     add(other != external.end() ? *other : ours(name));
   }
@@ -150,8 +152,14 @@ variationsOf(const BenchmarkArguments& arguments)
   for (const double resolution : orNone(arguments.resolutions))
     for (const double noise : orNone(arguments.noises))
       for (const double outliers : orNone(arguments.outliers))
-        for (const double overlap : orNone(arguments.overlaps))
-          result.push_back({resolution, noise, outliers, overlap, arguments.perturbation});
+        for (const double overlap : orNone(arguments.overlaps)) {
+          Variation variation = arguments.variation;
+          variation.resolution_m = resolution;
+          variation.noise_m = noise;
+          variation.outliers = outliers;
+          variation.overlap = overlap;
+          result.push_back(variation);
+        }
   return result;
 }
 
@@ -169,9 +177,16 @@ choosePairs(const BenchmarkArguments& arguments, std::size_t count)
 void
 planPairs(const BenchmarkArguments& arguments, BenchmarkPlan& plan)
 {
+  const PairsFrom from = arguments.variation.pairs_from;
+  if (from == PairsFrom::Unrelated && plan.datasets.size() < 2)
+    throw UsageError("--pairs-from unrelated: needs two datasets or more");
+  std::vector<PairList> lists;
   std::size_t longest = 0;
-  for (const io::DatasetFolder& dataset : plan.datasets)
-    longest = std::max(longest, dataset.pairs.size());
+  for (std::size_t d = 0; d < plan.datasets.size(); ++d) {
+    const std::size_t next = from == PairsFrom::Unrelated ? (d + 1) % plan.datasets.size() : d;
+    lists.emplace_back(plan.datasets[d], plan.datasets[next], from);
+    longest = std::max(longest, lists.back().size());
+  }
   for (const std::size_t pair : arguments.pairs)
     if (pair >= longest)
       throw UsageError("--pairs: '" + std::to_string(pair) + "' is no row of any dataset; the longest has rows 0 to " +
@@ -180,24 +195,47 @@ planPairs(const BenchmarkArguments& arguments, BenchmarkPlan& plan)
   for (std::size_t d = 0; d < plan.datasets.size(); ++d) {
     const io::DatasetFolder& dataset = plan.datasets[d];
     for (const Variation& variation : variationsOf(arguments)) {
-      for (const std::size_t i : choosePairs(arguments, dataset.pairs.size())) {
-        const io::ScanPair& pair = dataset.pairs[i];
+      for (const std::size_t i : choosePairs(arguments, lists[d].size())) {
+        const ListedPair& pair = lists[d][i];
+        const auto request = lists[d].request(i, variation, arguments.seed);
+        if (!request)
+          continue; // there is no other scan to merge
+        if (variation.overlap > 0 && !pair.T_target_source)
+          throw UsageError("--overlap: the pose of " + pair.source + " in " + pair.target + " is not known");
         PlannedPair planned;
         planned.dataset = d;
         planned.pair = i;
-        planned.request.source = io::scanPath(dataset.path, pair.source);
-        planned.request.target = io::scanPath(dataset.path, pair.target);
-        planned.request.T_target_source = pair.T_target_source;
-        planned.request.sensor_at_origin = dataset.sensor_at_origin;
-        planned.request.variation = variation;
-        planned.request.seed = pairSeed(arguments.seed, dataset.name, pair.source, pair.target);
-        if (seen.insert(rowKey(dataset.name, i, variation, "")).second)
+        planned.source = pair.source;
+        planned.target = pair.target;
+        if (from == PairsFrom::Unrelated)
+          planned.target_dataset = plan.datasets[(d + 1) % plan.datasets.size()].name;
+        planned.request = *request;
+        if (seen.insert(rowKey(dataset.name, planned.target_dataset, i, variation, "")).second)
           plan.pairs.push_back(planned);
       }
     }
   }
   if (plan.pairs.empty())
-    throw UsageError("--every and --pairs leave no pair");
+    throw UsageError("--every, --pairs, --pairs-from and --merge-target leave no pair");
+}
+
+/// Read the folders. Where several give themselves the same name, those go by the names of their folders.
+void
+readDatasets(const std::vector<std::string>& paths, BenchmarkPlan& plan)
+{
+  namespace fs = std::filesystem;
+  std::map<std::string, std::size_t> uses;
+  for (const std::string& path : paths) {
+    plan.datasets.push_back(io::readDatasetFolder(path));
+    ++uses[plan.datasets.back().name];
+  }
+  for (io::DatasetFolder& dataset : plan.datasets) {
+    if (uses[dataset.name] > 1)
+      dataset.name = fs::weakly_canonical(dataset.path).filename().string();
+    if (plan.settings["datasets"].contains(dataset.name))
+      throw UsageError("--dataset: " + dataset.path + " has the same name as another, " + io::inQuotes(dataset.name));
+    plan.settings["datasets"][dataset.name] = datasetSettings(dataset);
+  }
 }
 
 } // namespace
@@ -205,7 +243,8 @@ planPairs(const BenchmarkArguments& arguments, BenchmarkPlan& plan)
 std::string
 BenchmarkPlan::rowKeyOf(const PlannedPair& planned, const std::string& method) const
 {
-  return rowKey(datasets[planned.dataset].name, planned.pair, planned.request.variation, method);
+  return rowKey(
+      datasets[planned.dataset].name, planned.target_dataset, planned.pair, planned.request.variation, method);
 }
 
 BenchmarkPlan
@@ -216,6 +255,8 @@ makePlan(const BenchmarkArguments& arguments)
   plan.run.timeout = arguments.timeout;
   plan.run.cpu_timeout = arguments.cpu_timeout;
   plan.run.threads = arguments.threads;
+  plan.run.rmse = arguments.rmse;
+  plan.candidates = arguments.candidates;
   if (!arguments.parameters.empty()) {
     try {
       applyParameters(readJson(arguments.parameters), plan.run.rule);
@@ -225,21 +266,17 @@ makePlan(const BenchmarkArguments& arguments)
     }
   }
   plan.settings["version"] = PCL_SSFR_VERSION;
-  plan.settings["perturb"] = toString(arguments.perturbation);
+  plan.settings["perturb"] = toString(arguments.variation.perturbation);
   plan.settings["seed"] = arguments.seed;
   plan.settings["timeout_s"] = arguments.timeout;
   plan.settings["cpu_timeout_s"] = arguments.cpu_timeout; // 0: none
   plan.settings["threads"] = arguments.threads;
+  plan.settings["candidates"] = arguments.candidates;
+  plan.settings["rmse"] = arguments.rmse;
   plan.settings["parameters"] = toJson(plan.run.rule);
   plan.settings["datasets"] = Json::object();
   plan.settings["external"] = Json::object();
-  for (const std::string& path : arguments.datasets) {
-    plan.datasets.push_back(io::readDatasetFolder(path));
-    const io::DatasetFolder& dataset = plan.datasets.back();
-    if (plan.settings["datasets"].contains(dataset.name))
-      throw UsageError("--dataset: " + path + " has the same name as another, " + io::inQuotes(dataset.name));
-    plan.settings["datasets"][dataset.name] = datasetSettings(dataset);
-  }
+  readDatasets(arguments.datasets, plan);
   for (const BenchmarkMethod& method : plan.methods)
     if (!method.words.empty())
       plan.settings["external"][method.name] = method.command;

@@ -17,8 +17,11 @@ namespace apps {
 
 /// A pair under one variation, on which every method is run.
 struct PlannedPair {
-  std::size_t dataset = 0; ///< index into BenchmarkPlan::datasets
-  std::size_t pair = 0;    ///< row of its pairs.csv
+  std::size_t dataset = 0;    ///< index into BenchmarkPlan::datasets
+  std::size_t pair = 0;       ///< row of its pairs.csv, or of the PairList that was asked for
+  std::string source;         ///< file name
+  std::string target;         ///< file name
+  std::string target_dataset; ///< name, where it is another
   PairRequest request;
 };
 
@@ -28,6 +31,7 @@ struct BenchmarkPlan {
   std::vector<BenchmarkMethod> methods;
   std::vector<PlannedPair> pairs; ///< in the order of datasets, variations and rows
   RunSettings run;
+  bool candidates = false;         ///< write candidates.csv
   nlohmann::ordered_json settings; ///< what results depend on; results of other settings are not mixed with them
 
   std::string

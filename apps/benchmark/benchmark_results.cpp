@@ -20,13 +20,6 @@ placeOf(const std::vector<std::string>& names, const std::string& name)
   return static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
 }
 
-/// Variations in an order of their own.
-auto
-orderOf(const Variation& v)
-{
-  return std::make_tuple(static_cast<int>(v.perturbation), v.resolution_m, v.noise_m, v.outliers, v.overlap);
-}
-
 MethodSummary
 summarizeGroup(const std::vector<const ResultRow*>& rows, const std::string& dataset)
 {
@@ -39,8 +32,8 @@ summarizeGroup(const std::vector<const ResultRow*>& rows, const std::string& dat
   std::size_t converged_wrong = 0;
   std::array<std::size_t, kSuccessBounds.size()> within{};
   std::vector<double> degrees, metres, rmse, gt_rmse, time, cpu;
-  std::vector<JudgedAnswer> answers;
-  bool judged = false;
+  std::vector<JudgedAnswer> answers; ///< of those with a pose
+  std::vector<JudgedAnswer> stated;  ///< all whose confidence is known
   for (const ResultRow* row : rows) {
     right += row->success ? 1 : 0;
     converged += row->converged ? 1 : 0;
@@ -62,9 +55,11 @@ summarizeGroup(const std::vector<const ResultRow*>& rows, const std::string& dat
     cpu.push_back(row->cpu_s);
     if (std::isfinite(row->peak_rss_mib))
       summary.peak_rss_mib = std::max(summary.peak_rss_mib, row->peak_rss_mib);
-    judged = judged || std::isfinite(row->confidence);
-    if (row->T_target_source && std::isfinite(row->confidence))
-      answers.push_back({row->confidence, row->success});
+    if (!std::isfinite(row->confidence))
+      continue;
+    stated.push_back({row->confidence, row->success});
+    if (row->T_target_source)
+      answers.push_back(stated.back());
   }
   const std::size_t n = rows.size();
   summary.success = makeRate(right, n);
@@ -79,8 +74,10 @@ summarizeGroup(const std::vector<const ResultRow*>& rows, const std::string& dat
   summary.median_time_s = quantile(time, 0.5);
   summary.p90_time_s = quantile(time, kSlowShare);
   summary.median_cpu_s = quantile(cpu, 0.5);
-  if (judged)
+  if (!stated.empty())
     summary.precision_recall = precisionRecall(answers, n);
+  summary.log_loss = logLoss(stated);
+  summary.calibration_error = calibrationError(stated);
   return summary;
 }
 

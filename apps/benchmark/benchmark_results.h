@@ -34,8 +34,8 @@ struct MethodSummary {
   Variation variation;
   Rate success;                                   ///< by each dataset's own bound
   std::array<Rate, kSuccessBounds.size()> within; ///< by kSuccessBounds
-  Rate converged;
-  Rate converged_wrong; ///< of the converged: claimed, and not right
+  Rate converged;                                 ///< accepted: the method says that its pose may be used
+  Rate converged_wrong;                           ///< false positives, of the accepted
   // Of the right answers; NaN of none.
   double median_rotation_deg = 0;
   double median_translation_m = 0;
@@ -47,7 +47,10 @@ struct MethodSummary {
   double median_cpu_s = 0;
   double peak_rss_mib = 0;                       ///< largest
   std::map<std::string, std::size_t> failures;   ///< of pairs that were not solved, by reason; see failureReason()
-  std::vector<PrecisionRecall> precision_recall; ///< empty: the method knows no confidence
+  std::vector<PrecisionRecall> precision_recall; ///< empty: the method states no confidence
+  // Of the confidence, over all runs that state one; NaN of none.
+  double log_loss = 0;
+  double calibration_error = 0; ///< [0, 1]
 };
 
 /// All that a run found, and earlier runs in the same folder: what reports are made from.

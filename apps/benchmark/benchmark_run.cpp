@@ -66,7 +66,7 @@ public:
   }
 
   void
-  run(unsigned jobs, const std::function<void(const ResultRow&)>& on_row, const std::function<void()>& on_idle)
+  run(unsigned jobs, const std::function<void(const PairResult&)>& on_row, const std::function<void()>& on_idle)
   {
     std::vector<std::thread> threads;
     running_ = std::min<std::size_t>(jobs, tasks_.size());
@@ -88,7 +88,7 @@ public:
 
 private:
   void
-  collect(const std::function<void(const ResultRow&)>& on_row, const std::function<void()>& on_idle)
+  collect(const std::function<void(const PairResult&)>& on_row, const std::function<void()>& on_idle)
   {
     std::unique_lock<std::mutex> guard(mutex_);
     while (running_ > 0 || !rows_.empty()) {
@@ -97,7 +97,7 @@ private:
         on_idle();
         continue;
       }
-      const ResultRow row = rows_.front();
+      const PairResult row = rows_.front();
       rows_.pop_front();
       guard.unlock();
       on_row(row);
@@ -116,7 +116,7 @@ private:
         runner = std::make_shared<PairRunner>(plan_, task.pair, stop_signal);
       const std::shared_ptr<PairRunner> mine = runner;
       guard.unlock();
-      const std::optional<ResultRow> row = mine->run(task.method);
+      const std::optional<PairResult> row = mine->run(task.method);
       guard.lock();
       if (--pending_[task.pair] == 0)
         runners_.erase(task.pair);
@@ -136,7 +136,7 @@ private:
   std::size_t running_ = 0;
   std::map<std::size_t, std::size_t> pending_; ///< tasks of each pair that have not ended
   std::map<std::size_t, std::shared_ptr<PairRunner>> runners_;
-  std::deque<ResultRow> rows_;
+  std::deque<PairResult> rows_;
 };
 
 /// What is not in the folder yet, pair by pair.
@@ -176,6 +176,29 @@ tasksOf(const std::string& message)
   for (std::size_t method = 0; stream >> method;)
     tasks.push_back({pair, method});
   return tasks;
+}
+
+/// A result as a message: the row, and a line of JSON per candidate.
+std::string
+messageOf(const PairResult& result)
+{
+  std::string message = toCsvLine(result.row);
+  for (const CandidateAnswer& candidate : result.candidates)
+    message += '\n' + toJson(candidate).dump();
+  return message;
+}
+
+PairResult
+resultOf(const std::string& message)
+{
+  std::istringstream stream(message);
+  std::string line;
+  std::getline(stream, line);
+  PairResult result;
+  result.row = rowFromCsv(line);
+  while (std::getline(stream, line))
+    result.candidates.push_back(candidateFromJson(nlohmann::ordered_json::parse(line)));
+  return result;
 }
 
 /// Processor, cores, memory and system in a line.
@@ -295,14 +318,14 @@ runFirst(const BenchmarkArguments& arguments, const BenchmarkPlan& plan, const M
 {
   const std::vector<Task> tasks = tasksToDo(plan, store);
   Progress progress(tasks.size(), plan.pairs.size() * plan.methods.size() - tasks.size());
-  const auto on_row = [&](const ResultRow& row) {
-    store.append(row);
-    progress.add(row);
+  const auto on_row = [&](const PairResult& result) {
+    store.append(result);
+    progress.add(result.row);
   };
   const auto on_idle = [&progress] { progress.tick(); };
   if (ranks)
     ranks->deal(
-        messagesOf(tasks), [&on_row](const std::string& line) { on_row(rowFromCsv(line)); }, on_idle, stop_signal);
+        messagesOf(tasks), [&on_row](const std::string& message) { on_row(resultOf(message)); }, on_idle, stop_signal);
   else
     TaskPool(plan, tasks).run(arguments.jobs, on_row, on_idle);
   progress.finish();
@@ -328,13 +351,13 @@ catchSignals()
 
 /// What rank 0 does. What is wrong with the input is thrown once the other ranks know, and MPI has ended in peace.
 int
-runFirstRank(const BenchmarkArguments& arguments, const MpiRanks& ranks, bool& told, std::exception_ptr& problem)
+runFirstRank(const BenchmarkArguments& arguments, const MpiRanks& ranks, bool& began, std::exception_ptr& problem)
 {
   try {
     const BenchmarkPlan plan = makePlan(arguments);
-    ResultsStore store(arguments.out, plan.settings, arguments.resume);
+    ResultsStore store(arguments.out, plan.settings, arguments.resume, plan.candidates);
     ranks.fromFirst(kWork);
-    told = true;
+    began = true;
     return runFirst(arguments, plan, &ranks, store);
   }
   catch (...) {
@@ -351,9 +374,9 @@ runRanks(const BenchmarkArguments& arguments)
   {
     const MpiRanks ranks;
     if (ranks.rank() == 0) {
-      bool told = false;
-      code = runFirstRank(arguments, ranks, told, problem);
-      if (!told)
+      bool began = false;
+      code = runFirstRank(arguments, ranks, began, problem);
+      if (!began)
         ranks.fromFirst(kNoWork);
     }
     else if (ranks.fromFirst(kNoWork) == kWork) {
@@ -361,7 +384,7 @@ runRanks(const BenchmarkArguments& arguments)
       ranks.work([&](const std::string& task, const MpiRanks::Send& send) {
         TaskPool(plan, tasksOf(task))
             .run(
-                arguments.jobs, [&send](const ResultRow& row) { send(toCsvLine(row)); }, [] {});
+                arguments.jobs, [&send](const PairResult& result) { send(messageOf(result)); }, [] {});
       });
     }
   }
@@ -384,7 +407,7 @@ runBenchmark(const BenchmarkArguments& arguments)
   if (with_ranks)
     return runRanks(arguments);
   const BenchmarkPlan plan = makePlan(arguments);
-  ResultsStore store(arguments.out, plan.settings, arguments.resume);
+  ResultsStore store(arguments.out, plan.settings, arguments.resume, plan.candidates);
   return runFirst(arguments, plan, nullptr, store);
 }
 

@@ -47,7 +47,7 @@ adoptStrays();
 void
 killStrays();
 
-/// Largest resident memory of this process since it was started [MiB]; 0 where the system does not tell.
+/// Largest resident memory of this process since it was started [MiB]; 0 where the system does not report it.
 double
 peakMemoryMib();
 

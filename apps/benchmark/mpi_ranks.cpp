@@ -25,7 +25,7 @@ namespace mpi = boost::mpi;
 enum Tag { kReady = 1, kTask, kEnd, kLine };
 constexpr std::chrono::milliseconds kIdle(2); // MPI's own waiting takes a whole processor
 
-/// Ranks of the job as the starters of MPI tell their children: Open MPI, MPICH and Intel MPI, Slurm's PMI.
+/// Ranks of the job as the starters of MPI pass them to their children: Open MPI, MPICH and Intel MPI, Slurm's PMI.
 int
 launchedRanks()
 {

@@ -27,11 +27,12 @@ isPcd(const std::string& path)
   return fs::path(path).extension() == ".pcd";
 }
 
+/// Whether the scans that methods get are others than those of the files.
 bool
-isVaried(const Variation& variation)
+isVaried(Variation variation)
 {
-  return variation.resolution_m > 0 || variation.noise_m > 0 || variation.outliers > 0 || variation.overlap > 0 ||
-         variation.perturbation != Perturbation::None;
+  variation.pairs_from = PairsFrom::Listed; // another choice of scans leaves them as they are
+  return orderOf(variation) != orderOf(Variation());
 }
 
 std::string
@@ -56,13 +57,28 @@ PairRunner::~PairRunner()
     fs::remove_all(folder_, ignored);
 }
 
+bool
+PairRunner::knowsTruth()
+{
+  const std::lock_guard<std::mutex> guard(mutex_);
+  return truth_ || !truth_error_.empty();
+}
+
+void
+PairRunner::keepTruth(const PairTruth& truth)
+{
+  const std::lock_guard<std::mutex> guard(mutex_);
+  if (!truth_)
+    truth_ = truth;
+}
+
 const PairTruth&
 PairRunner::truth()
 {
   const std::lock_guard<std::mutex> guard(mutex_);
   if (!truth_ && truth_error_.empty()) {
     try {
-      truth_ = askTruth(pair_.request, stop_);
+      truth_ = askTruth(pair_.request, plan_.run, stop_);
     }
     catch (const std::exception& error) {
       truth_error_ = error.what();
@@ -94,8 +110,12 @@ PairRunner::files()
 MethodAnswer
 PairRunner::ask(const BenchmarkMethod& method)
 {
-  if (method.words.empty())
-    return askMethod(method.name, pair_.request, plan_.run, stop_);
+  if (method.words.empty()) {
+    MethodAnswer answer = askMethod(method.name, pair_.request, plan_.run, !knowsTruth(), stop_);
+    if (answer.truth)
+      keepTruth(*answer.truth);
+    return answer;
+  }
   const Files& paths = files();
   return askExternal(method, paths.source, paths.target, pair_.request.seed, plan_.run, stop_);
 }
@@ -107,17 +127,21 @@ PairRunner::waitForStop() const
     std::this_thread::sleep_for(kStopTick);
 }
 
-std::optional<ResultRow>
+std::optional<PairResult>
 PairRunner::run(std::size_t method)
 {
   const BenchmarkMethod& chosen = plan_.methods[method];
   MethodAnswer answer;
   const PairTruth* known = nullptr;
   try {
-    known = &truth();
+    if (knowsTruth())
+      known = &truth();
     answer = ask(chosen);
+    if (!known && !answer.stopped)
+      known = &truth();
   }
   catch (const std::exception& error) {
+    answer = MethodAnswer();
     answer.status = "failed";
     answer.message = error.what();
     answer.asked_to_end = true; // reading and measuring rarely fail but for that
@@ -126,20 +150,22 @@ PairRunner::run(std::size_t method)
     waitForStop();
   if (answer.stopped || stop_.load() != 0)
     return std::nullopt;
-  ResultRow row = judgeAnswer(plan_, pair_, answer, known);
-  row.method = chosen.name;
-  return row;
+  PairResult result = judgeAnswer(plan_, pair_, answer, known);
+  result.row.method = chosen.name;
+  return result;
 }
 
-ResultRow
+PairResult
 judgeAnswer(const BenchmarkPlan& plan, const PlannedPair& pair, const MethodAnswer& answer, const PairTruth* truth)
 {
   const io::DatasetFolder& dataset = plan.datasets[pair.dataset];
-  const io::ScanPair& scans = dataset.pairs[pair.pair];
-  ResultRow row;
+  const SuccessBound bound{dataset.success_rotation_deg, dataset.success_translation_m};
+  PairResult result;
+  ResultRow& row = result.row;
   row.dataset = dataset.name;
-  row.source = scans.source;
-  row.target = scans.target;
+  row.source = pair.source;
+  row.target = pair.target;
+  row.target_dataset = pair.target_dataset;
   row.pair = pair.pair;
   row.variation = pair.request.variation;
   row.seed = pair.request.seed;
@@ -152,21 +178,33 @@ judgeAnswer(const BenchmarkPlan& plan, const PlannedPair& pair, const MethodAnsw
   row.cpu_s = answer.cpu_seconds;
   row.peak_rss_mib = answer.peak_rss_mib;
   row.T_target_source = answer.T_target_source;
+  result.candidates = answer.candidates;
   if (!truth)
-    return row;
+    return result;
   row.truth = truth->T_target_source;
   row.gt_rmse_m = truth->gt_rmse;
   row.overlap = truth->overlap;
   row.source_points = static_cast<double>(truth->source_points);
   row.target_points = static_cast<double>(truth->target_points);
+  if (!truth->T_target_source)
+    return result;
+  const auto errorOf = [truth](const Eigen::Isometry3d& T) {
+    return poseError(T, *truth->T_target_source, truth->reference);
+  };
+  for (std::size_t k = result.candidates.size(); k-- > 0;) {
+    CandidateAnswer& candidate = result.candidates[k];
+    candidate.right = isWithin(errorOf(candidate.T_target_source), bound);
+    if (candidate.right)
+      row.right_rank = static_cast<double>(k + 1);
+  }
   if (!answer.T_target_source)
-    return row;
-  const PoseError error = poseError(*answer.T_target_source, truth->T_target_source, truth->reference);
+    return result;
+  const PoseError error = errorOf(*answer.T_target_source);
   row.rotation_error_deg = error.rotation_deg;
   row.translation_error_m = error.translation_m;
   row.rmse_m = truth->rmse(*answer.T_target_source);
-  row.success = isWithin(error, {dataset.success_rotation_deg, dataset.success_translation_m});
-  return row;
+  row.success = isWithin(error, bound);
+  return result;
 }
 
 } // namespace apps

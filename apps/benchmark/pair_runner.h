@@ -26,8 +26,8 @@ public:
   PairRunner&
   operator=(const PairRunner&) = delete;
 
-  /// The row of a method, by its index in the plan; nothing when the user stopped it. Whatever goes wrong is a row.
-  std::optional<ResultRow>
+  /// The result of a method, by its index in the plan; nothing when the user stopped it. Whatever goes wrong is a row.
+  std::optional<PairResult>
   run(std::size_t method);
 
 private:
@@ -38,6 +38,11 @@ private:
   /// Leave the signal that ends the run a moment to come.
   void
   waitForStop() const;
+  /// Whether the truth of the pair was measured already, or cannot be.
+  bool
+  knowsTruth();
+  void
+  keepTruth(const PairTruth& truth);
   const PairTruth&
   truth();
   const Files&
@@ -55,8 +60,8 @@ private:
   std::string folder_; ///< of the files, removed in the end; empty: none
 };
 
-/// The row of an answer: errors, success and RMSE follow from the truth.
-ResultRow
+/// The row of an answer: errors, success and RMSE follow from the truth, as does which candidates are right.
+PairResult
 judgeAnswer(const BenchmarkPlan& plan, const PlannedPair& pair, const MethodAnswer& answer, const PairTruth* truth);
 
 } // namespace apps

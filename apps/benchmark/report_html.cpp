@@ -269,7 +269,7 @@ private:
   const ReportPair*
   pairOf(const ResultRow& row) const
   {
-    const auto found = pairs_.find({row.dataset, row.pair});
+    const auto found = isDrawn(row.variation) ? pairs_.find({row.dataset, row.pair}) : pairs_.end();
     return found == pairs_.end() ? nullptr : found->second;
   }
   /// How the source was moved before the method got it: what is between the truth of the files and that of the row.
@@ -319,7 +319,7 @@ fillTemplate(std::string_view page, const std::string& data)
       break;
     const std::string_view name = page.substr(begin + kMark.size(), end - begin - kMark.size());
     std::string_view text = name == "data" ? std::string_view(data) : reportAsset(name);
-    if (name != "data") // there is no map beside the page
+    if (name != "data") // there is no map next to the page
       text = text.substr(0, text.find("\n//# sourceMappingURL="));
     result.append(page.substr(0, begin)).append(text);
     page.remove_prefix(end + kMark.size());
@@ -471,10 +471,10 @@ void
 writeReport(const std::string& folder, const BenchmarkResults& results, const ReportPictures& pictures)
 {
   const std::string path = (std::filesystem::path(folder) / "report.html").string();
-  const std::string beside = path + ".new"; // whoever reads the old one, or stops us, finds a complete page
-  io::writeFile(beside, reportHtml(results, pictures));
+  const std::string fresh = path + ".new"; // whoever reads the old one, or stops us, finds a complete page
+  io::writeFile(fresh, reportHtml(results, pictures));
   std::error_code error;
-  std::filesystem::rename(beside, path, error);
+  std::filesystem::rename(fresh, path, error);
   if (error)
     throw io::IoError(path + ": cannot be written: " + error.message());
 }

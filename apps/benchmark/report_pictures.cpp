@@ -33,7 +33,8 @@ rankPairs(const std::vector<ResultRow>& rows, const std::vector<io::DatasetFolde
 {
   std::map<std::pair<std::string, std::size_t>, std::size_t> failures;
   for (const ResultRow& row : rows)
-    failures[{row.dataset, row.pair}] += row.success ? 0 : 1;
+    if (isDrawn(row.variation))
+      failures[{row.dataset, row.pair}] += row.success ? 0 : 1;
   std::vector<Candidate> ranked;
   for (const io::DatasetFolder& dataset : datasets)
     for (std::size_t i = 0; i < dataset.pairs.size(); ++i) {
@@ -47,6 +48,13 @@ rankPairs(const std::vector<ResultRow>& rows, const std::vector<io::DatasetFolde
 }
 
 } // namespace
+
+bool
+isDrawn(const Variation& variation)
+{
+  return variation.pairs_from == PairsFrom::Listed && !(variation.origin_offset_m > 0) && !variation.merge_target &&
+         !variation.mirror_source;
+}
 
 ReportCloud
 makeReportCloud(const io::LoadedCloud& cloud)

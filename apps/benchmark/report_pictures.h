@@ -40,6 +40,11 @@ struct ReportPictures {
   std::vector<ReportPair> pairs;
 };
 
+/// Whether the scans of a variation are drawn: those of pairs.csv, that lie in the frames of the files but for a motion
+/// of the source.
+bool
+isDrawn(const Variation& variation);
+
 /// Thin a scan for a report; points far outside are left out. Empty for a scan without finite points.
 ReportCloud
 makeReportCloud(const io::LoadedCloud& cloud);

@@ -5,6 +5,7 @@
 
 #include <apps/io/file_bytes.h>
 #include <apps/io/io_error.h>
+#include <apps/io/text_scanner.h>
 
 #include <cerrno>
 #include <cstring>
@@ -34,6 +35,10 @@ growsByEntries(const std::string& key)
 Json
 defaultOf(const std::string& key)
 {
+  if (key == "candidates")
+    return false;
+  if (key == "rmse")
+    return true;
   return key == "cpu_timeout_s" ? Json(0.0) : Json();
 }
 
@@ -47,17 +52,44 @@ systemMessage()
 void
 replaceFile(const std::string& path, const std::string& content)
 {
-  const std::string beside = path + ".new";
-  io::writeFile(beside, content);
+  const std::string fresh = path + ".new";
+  io::writeFile(fresh, content);
   std::error_code error;
-  fs::rename(beside, path, error);
+  fs::rename(fresh, path, error);
   if (error)
     throw IoError(path + ": cannot be written: " + error.message());
 }
 
+std::string
+candidatesFile(const std::string& folder)
+{
+  return (fs::path(folder) / "candidates.csv").string();
+}
+
+void
+writeThrough(int descriptor, const std::string& path, const std::string& text)
+{
+  if (write(descriptor, text.data(), text.size()) != static_cast<ssize_t>(text.size()) || fdatasync(descriptor) != 0)
+    throw IoError(path + ": cannot be written: " + systemMessage());
+}
+
+/// The descriptor of a file, which begins with a header.
+int
+openForAppending(const std::string& path, const std::string& header)
+{
+  std::error_code error;
+  const bool empty = !fs::exists(path, error) || fs::file_size(path, error) == 0;
+  const int descriptor = open(path.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
+  if (descriptor < 0)
+    throw IoError(path + ": cannot be created: " + systemMessage());
+  if (empty)
+    writeThrough(descriptor, path, header + "\n");
+  return descriptor;
+}
+
 } // namespace
 
-ResultsStore::ResultsStore(const std::string& folder, const Json& settings, bool resume)
+ResultsStore::ResultsStore(const std::string& folder, const Json& settings, bool resume, bool candidates)
     : folder_(folder), file_((fs::path(folder) / "results.csv").string())
 {
   std::error_code error;
@@ -68,7 +100,11 @@ ResultsStore::ResultsStore(const std::string& folder, const Json& settings, bool
     lock();
     checkSettings(settings, resume);
     readRows();
-    openForAppending();
+    output_ = openForAppending(file_, csvHeader());
+    if (candidates) {
+      cutCandidates();
+      candidates_ = openForAppending(candidatesFile(folder_), candidateHeader());
+    }
   }
   catch (...) {
     if (lock_ >= 0)
@@ -79,8 +115,9 @@ ResultsStore::ResultsStore(const std::string& folder, const Json& settings, bool
 
 ResultsStore::~ResultsStore()
 {
-  if (output_ >= 0)
-    close(output_);
+  for (const int descriptor : {output_, candidates_})
+    if (descriptor >= 0)
+      close(descriptor);
   if (lock_ >= 0)
     close(lock_); // the file stays: removing it would let two runs lock two files of the same name
 }
@@ -105,7 +142,7 @@ ResultsStore::checkSettings(const Json& settings, bool resume)
   if (fs::exists(file_, error) && !resume)
     throw IoError(file_ + ": holds results already; --resume goes on with them, another --out keeps them apart");
   if (fs::exists(file_, error) && !fs::exists(path, error))
-    throw IoError(path + ": is missing, the settings of the results beside it are not known");
+    throw IoError(path + ": is missing, the settings of the results next to it are not known");
   if (fs::exists(path, error) && fs::exists(file_, error)) {
     const Json stored = Json::parse(io::readFile(path), nullptr, false);
     if (!stored.is_object())
@@ -164,32 +201,45 @@ ResultsStore::readRows()
     catch (const std::invalid_argument& problem) {
       throw IoError(file_ + ":" + std::to_string(number) + ": " + problem.what());
     }
-    const ResultRow& row = rows_.back();
-    keys_.insert(rowKey(row.dataset, row.pair, row.variation, row.method));
+    keys_.insert(rowKey(rows_.back()));
   }
 }
 
 void
-ResultsStore::openForAppending()
+ResultsStore::cutCandidates()
 {
+  const std::string path = candidatesFile(folder_);
   std::error_code error;
-  const bool empty = !fs::exists(file_, error) || fs::file_size(file_, error) == 0;
-  output_ = open(file_.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
-  if (output_ < 0)
-    throw IoError(file_ + ": cannot be created: " + systemMessage());
-  const std::string header = csvHeader() + "\n";
-  if (empty && write(output_, header.data(), header.size()) != static_cast<ssize_t>(header.size()))
-    throw IoError(file_ + ": cannot be written: " + systemMessage());
+  if (!fs::exists(path, error))
+    return;
+  const std::string content = io::readFile(path);
+  std::size_t kept = 0;
+  for (std::size_t end = content.find('\n'); end != std::string::npos; end = content.find('\n', kept)) {
+    const std::string_view line(content.data() + kept, end - kept);
+    if (kept == 0 && line != candidateHeader())
+      throw IoError(path + ":1: is not the header that this version writes");
+    const auto row = io::parseCount(line.substr(0, line.find(',')));
+    if (kept > 0 && (!row || *row > rows_.size()))
+      break;
+    kept = end + 1;
+  }
+  fs::resize_file(path, kept, error);
+  if (error)
+    throw IoError(path + ": cannot be written: " + error.message());
 }
 
 void
-ResultsStore::append(const ResultRow& row)
+ResultsStore::append(const PairResult& result)
 {
-  const std::string line = toCsvLine(row) + "\n";
-  if (write(output_, line.data(), line.size()) != static_cast<ssize_t>(line.size()) || fdatasync(output_) != 0)
-    throw IoError(file_ + ": cannot be written: " + systemMessage());
-  rows_.push_back(rowFromCsv(toCsvLine(row))); // as it will be read back
-  keys_.insert(rowKey(row.dataset, row.pair, row.variation, row.method));
+  std::string candidates;
+  for (std::size_t k = 0; candidates_ >= 0 && k < result.candidates.size(); ++k)
+    candidates += candidateLine(rows_.size() + 1, result.row, k + 1, result.candidates[k]) + "\n";
+  if (!candidates.empty())
+    writeThrough(candidates_, candidatesFile(folder_), candidates);
+  const std::string line = toCsvLine(result.row);
+  writeThrough(output_, file_, line + "\n");
+  rows_.push_back(rowFromCsv(line)); // as it will be read back
+  keys_.insert(rowKey(result.row));
 }
 
 } // namespace apps

@@ -36,6 +36,6 @@ run(const std::vector<std::string>& tokens)
 int
 main(int argc, char** argv)
 {
-  pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS); // errors are ours to tell
+  pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS); // this program reports errors itself
   return apps::runProgram("ssfr_benchmark", argc, argv, run);
 }

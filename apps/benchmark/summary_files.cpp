@@ -30,22 +30,16 @@ rateJson(const Rate& rate)
 }
 
 Json
-variationJson(const Variation& variation)
-{
-  return {{"resolution_m", variation.resolution_m},
-          {"noise_m", variation.noise_m},
-          {"outliers", variation.outliers},
-          {"overlap_limit", variation.overlap},
-          {"perturb", toString(variation.perturbation)}};
-}
-
-Json
 methodJson(const MethodSummary& summary)
 {
   Json json;
   json["dataset"] = summary.dataset.empty() ? Json(nullptr) : Json(summary.dataset);
   json["method"] = summary.method;
-  json["variation"] = variationJson(summary.variation);
+  json["variation"] = toJson(summary.variation);
+  json["pairs"] = summary.success.of;
+  json["solved"] = summary.success.count;
+  json["accepted"] = summary.converged.count;
+  json["false_positives"] = summary.converged_wrong.count;
   json["success"] = rateJson(summary.success);
   json["success_within"] = Json::array();
   for (std::size_t i = 0; i < kSuccessBounds.size(); ++i) {
@@ -63,6 +57,8 @@ methodJson(const MethodSummary& summary)
   json["p90_time_s"] = numberOrNull(summary.p90_time_s);
   json["median_cpu_s"] = numberOrNull(summary.median_cpu_s);
   json["peak_rss_mib"] = numberOrNull(summary.peak_rss_mib);
+  json["log_loss"] = numberOrNull(summary.log_loss);
+  json["calibration_error"] = numberOrNull(summary.calibration_error);
   json["failures"] = Json::object();
   for (const auto& [reason, count] : summary.failures)
     json["failures"][reason] = count;
@@ -130,15 +126,14 @@ tableRow(const MethodSummary& s)
   std::string text = "| " + cell(s.method) + " | " + rateWithInterval(s.success) + " | ";
   for (const Rate& rate : s.within)
     text += rateText(rate) + " | ";
-  text += s.converged.of == 0 || s.converged.count == 0
-              ? "- | "
-              : format("%zu of %zu | ", s.converged_wrong.count, s.converged.count);
+  text += format("%zu | %zu | ", s.converged.count, s.converged_wrong.count);
   text += numberText("%.3f", s.median_rotation_deg) + " | ";
   text += numberText("%.1f", kCentimetres * s.median_translation_m) + " | ";
   text += numberText("%.1f", kCentimetres * s.median_rmse_m) + " (" +
           numberText("%.1f", kCentimetres * s.median_gt_rmse_m) + ") | ";
   text += numberText("%.2f", s.median_time_s) + " / " + numberText("%.2f", s.p90_time_s) + " | ";
   text += numberText("%.2f", s.median_cpu_s) + " | " + numberText("%.0f", s.peak_rss_mib) + " | ";
+  text += numberText("%.3f", s.log_loss) + " | " + numberText("%.1f %%", kPercent * s.calibration_error) + " | ";
   return text + cell(failuresText(s)) + " |\n";
 }
 
@@ -151,14 +146,16 @@ tableHead()
     head += format(" %g° / %g m |", bound.rotation_deg, bound.translation_m);
     line += "---|";
   }
-  head += " sure and wrong | median ° | median cm | RMSE (truth) cm | time, 90 % s | CPU s | MiB | not solved |\n";
-  return head + line + "---|---|---|---|---|---|---|---|\n";
+  head +=
+      " accepted | false positives | median ° | median cm | RMSE (truth) cm | time, 90 % s | CPU s | MiB | log loss | "
+      "calibration error | not solved |\n";
+  return head + line + "---|---|---|---|---|---|---|---|---|---|---|\n";
 }
 
 bool
 same(const Variation& a, const Variation& b)
 {
-  return describeVariation(a) == describeVariation(b);
+  return orderOf(a) == orderOf(b);
 }
 
 } // namespace
@@ -192,11 +189,14 @@ summaryMarkdown(const BenchmarkResults& results)
     text += tableRow(summary);
     before = &summary;
   }
-  text +=
-      "\nSuccess: the pose is right within the dataset's own bound, whatever the method thinks of it; in brackets\n"
-      "Wilson's 95 % interval. Sure and wrong: the method said converged, and the pose is not right. Medians of the\n"
-      "errors are over the pairs that were solved; RMSE is over the correspondences fixed at the ground truth, in\n"
-      "brackets under the ground truth itself. Times are of the method alone, loading excluded.\n";
+  text += "\nSuccess: the pose is right within the dataset's own bound, whatever the method thinks of it; in brackets\n"
+          "Wilson's 95 % interval. Accepted: the method says that its pose may be used; false positives: accepted, and "
+          "not\n"
+          "right. Medians of the errors are over the pairs that were solved; RMSE is over the correspondences fixed at "
+          "the\n"
+          "ground truth, in brackets under the ground truth itself. Times are of the method alone, loading excluded. "
+          "Log loss\n"
+          "and expected calibration error (ten bins) are of the confidence, where a method states one.\n";
   const Json& settings = results.settings;
   if (settings.contains("parameters"))
     text += "\nVersion " + settings.value("version", std::string()) + ", seed " +

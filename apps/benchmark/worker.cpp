@@ -26,7 +26,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr double kLoadingLimit = 600;       ///< of reading and varying a pair [s]
 constexpr double kWatcherMargin = 10;       ///< that the watcher of an external program has after its time limit [s]
-constexpr double kWatcherGrace = 3;         ///< that it has to end the program when it is told to [s]
+constexpr double kWatcherGrace = 3;         ///< that it has to end the program when it is asked to [s]
 constexpr std::size_t kMessageLength = 200; ///< of what a failed program said
 
 std::atomic<int> stop_requested{0}; // set by the signal handler of a watcher
@@ -46,9 +46,9 @@ lastLine(const std::string& text)
   return text.substr(begin, std::min(kMessageLength, end + 1 - begin));
 }
 
-/// The last line that is a JSON object.
+/// The last line that is a JSON object; of an event, when one is named.
 Json
-lastObject(const std::string& output)
+lastObject(const std::string& output, const char* event = nullptr)
 {
   std::size_t end = output.size();
   while (end > 0) {
@@ -56,7 +56,7 @@ lastObject(const std::string& output)
     const std::size_t begin = before == std::string::npos ? 0 : before + 1;
     if (begin < end) {
       Json json = Json::parse(output.substr(begin, end - begin), nullptr, false);
-      if (json.is_object())
+      if (json.is_object() && (!event || json.value("event", "") == event))
         return json;
     }
     if (before == std::string::npos)
@@ -201,6 +201,32 @@ ownCpuSeconds()
   return seconds(usage.ru_utime) + seconds(usage.ru_stime);
 }
 
+/// The truth of a pair. \param[in] rmse false: the pose and the numbers of points alone
+Json
+truthJson(PairInput pair, bool rmse)
+{
+  const std::optional<Eigen::Isometry3d> T_target_source = pair.T_target_source;
+  if (!rmse)
+    pair.T_target_source.reset();
+  PairTruth truth = measureTruth(pair);
+  truth.T_target_source = T_target_source;
+  return toJson(truth);
+}
+
+/// The truth of a pair, or why it cannot be measured.
+Json
+answerTruth(const PairInput& pair, bool rmse)
+{
+  Json json{{"event", "truth"}};
+  try {
+    json["truth"] = truthJson(pair, rmse);
+  }
+  catch (const std::exception& error) {
+    json["error"] = error.what();
+  }
+  return json;
+}
+
 Json
 answerMethod(const Json& request, const Reply& reply)
 {
@@ -231,6 +257,13 @@ answerMethod(const Json& request, const Reply& reply)
   json["overlap"] = numberOrNull(run.result.overlap);
   json["confidence"] = run.judged ? numberOrNull(run.result.confidence) : Json(nullptr);
   json["time_s"] = run.seconds;
+  json["candidates"] = Json::array();
+  for (const CandidateAnswer& candidate : candidatesOf(run.result))
+    json["candidates"].push_back(toJson(candidate));
+  if (request.at("with_truth").get<bool>()) {
+    reply.send(json);
+    return answerTruth(pair, request.at("rmse").get<bool>());
+  }
   return json;
 }
 
@@ -309,7 +342,7 @@ answer(const Json& request, const Reply& reply)
   reply.send({{"event", "started"}});
   Json json{{"event", "done"}};
   if (kind == "truth") {
-    json["truth"] = toJson(measureTruth(pair));
+    json["truth"] = truthJson(pair, request.at("rmse").get<bool>());
   }
   else {
     writeCloud(request.at("source").get<std::string>(), pair.source);
@@ -362,10 +395,10 @@ splitWords(const std::string& command)
 }
 
 PairTruth
-askTruth(const PairRequest& request, const std::atomic<int>& stop)
+askTruth(const PairRequest& request, const RunSettings& settings, const std::atomic<int>& stop)
 {
-  return pairTruthFromJson(
-      askSurely({{"kind", "truth"}, {"pair", toJson(request)}}, "the pair cannot be measured", stop).at("truth"));
+  const Json json{{"kind", "truth"}, {"pair", toJson(request)}, {"rmse", settings.rmse}};
+  return pairTruthFromJson(askSurely(json, "the pair cannot be measured", stop).at("truth"));
 }
 
 void
@@ -383,18 +416,26 @@ MethodAnswer
 askMethod(const std::string& method,
           const PairRequest& request,
           const RunSettings& settings,
+          bool with_truth,
           const std::atomic<int>& stop)
 {
   const Json json{{"kind", "method"},
                   {"method", method},
                   {"pair", toJson(request)},
                   {"threads", settings.threads},
-                  {"parameters", toJson(settings.rule)}};
+                  {"parameters", toJson(settings.rule)},
+                  {"with_truth", with_truth},
+                  {"rmse", settings.rmse}};
   const ChildOutcome outcome = askWorker(json, settings.timeout, settings.cpu_timeout, settings.threads, stop);
-  const Json reply = lastObject(outcome.output);
-  if (outcome.end != ChildOutcome::End::Exited || reply.value("event", "") != "done")
+  const Json reply = lastObject(outcome.output, "done");
+  // Once the answer is there, only the measurement of the truth can still go wrong.
+  const bool answered = outcome.end == ChildOutcome::End::Exited || with_truth;
+  if (!answered || !reply.is_object() || outcome.end == ChildOutcome::End::Stopped)
     return brokenAnswer(outcome, settings);
   MethodAnswer answer;
+  const Json truth = lastObject(outcome.output, "truth");
+  if (truth.is_object() && truth.contains("truth"))
+    answer.truth = pairTruthFromJson(truth["truth"]);
   answer.cpu_seconds = reply.value("cpu_s", outcome.cpu_seconds);
   answer.peak_rss_mib = reply.value("peak_rss_mib", outcome.peak_rss_mib);
   answer.seconds = reply.value("time_s", outcome.seconds);
@@ -410,6 +451,8 @@ askMethod(const std::string& method,
   answer.confidence = optionalNumber(reply, "confidence");
   if (reply.contains("T_target_source"))
     answer.T_target_source = poseFromJson(reply["T_target_source"]);
+  for (const Json& candidate : reply.at("candidates"))
+    answer.candidates.push_back(candidateFromJson(candidate));
   return answer;
 }
 

@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include <apps/benchmark/candidate_rows.h>
 #include <apps/benchmark/child_process.h>
 #include <apps/methods/method_run.h>
 #include <apps/pairs/pair_input.h>
@@ -28,6 +29,7 @@ struct RunSettings {
   double timeout = 300;   ///< of a method in wall clock, loading excluded [s]
   double cpu_timeout = 0; ///< the same in processor time [s]; 0: no limit
   unsigned threads = 1;   ///< 0: all processors
+  bool rmse = true;       ///< measure overlap and RMSE at the truth, which takes longer than reading the scans
   ParameterRule rule;
 };
 
@@ -42,6 +44,8 @@ struct MethodAnswer {
   double seconds = 0;                               ///< the method alone, loading excluded [s]
   double cpu_seconds = 0;                           ///< the same in processor time [s]
   double peak_rss_mib = 0;                          ///< of its process [MiB]
+  std::vector<CandidateAnswer> candidates;          ///< best first; of methods of the registry
+  std::optional<PairTruth> truth;                   ///< where it was asked for and could be measured
   bool stopped = false;                             ///< ended by the user: no result
   bool asked_to_end = false; ///< its process was, by a signal from elsewhere: perhaps the whole run is
 };
@@ -53,7 +57,7 @@ splitWords(const std::string& command);
 
 /// What is known about a pair, measured in a process of its own. \throw std::runtime_error saying what failed
 PairTruth
-askTruth(const PairRequest& request, const std::atomic<int>& stop);
+askTruth(const PairRequest& request, const RunSettings& settings, const std::atomic<int>& stop);
 
 /// Write the pair as methods get it to two binary PCD files, in a process of its own. \throw std::runtime_error
 void
@@ -62,11 +66,14 @@ askExport(const PairRequest& request,
           const std::string& target,
           const std::atomic<int>& stop);
 
-/// Run a method of the registry on a pair in a process of its own. Never throws for what the method does.
+/** \brief Run a method of the registry on a pair in a process of its own. Never throws for what the method does.
+ * \param[in] with_truth measure the truth in the same process, once the method is done: the scans are loaded once
+ */
 MethodAnswer
 askMethod(const std::string& method,
           const PairRequest& request,
           const RunSettings& settings,
+          bool with_truth,
           const std::atomic<int>& stop);
 
 /// Run an external program on two files, watched by a process of its own.

@@ -16,7 +16,7 @@
 namespace pcl_ssfr {
 namespace apps {
 
-/// Colours that every kind of colour vision tells apart (Okabe and Ito).
+/// Colours that every kind of colour vision distinguishes (Okabe and Ito).
 constexpr Colour kTargetColour{0.0, 0.447, 0.698}; // blue
 constexpr Colour kSourceColour{0.835, 0.369, 0.0}; // vermilion
 

@@ -15,7 +15,7 @@ namespace io {
 
 /// One row of pairs.csv.
 struct ScanPair {
-  std::string source; ///< file name, beside pairs.csv or in scans/
+  std::string source; ///< file name, next to pairs.csv or in scans/
   std::string target;
   Eigen::Isometry3d T_target_source = Eigen::Isometry3d::Identity(); ///< ground truth
 };
@@ -38,7 +38,7 @@ struct DatasetFolder {
 DatasetFolder
 readDatasetFolder(const std::string& path);
 
-/// The path of a scan of a dataset: beside pairs.csv, else in scans/.
+/// The path of a scan of a dataset: next to pairs.csv, else in scans/.
 std::string
 scanPath(const std::string& folder, const std::string& scan);
 

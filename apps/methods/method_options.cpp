@@ -22,15 +22,6 @@ namespace po = boost::program_options;
 constexpr const char* kDefaultMethod = "ssfr";
 constexpr const char* kPaperMethod = "ssfr_paper2017";
 
-std::string
-methodNames()
-{
-  std::string names;
-  for (const Method& method : methods())
-    names += (names.empty() ? "" : ", ") + method.name;
-  return names;
-}
-
 /// The numbers of an option that wants \p count of them; \p form: how they are asked for.
 std::vector<double>
 parseNumbers(const std::string& option, const std::string& text, std::size_t count, const std::string& form)
@@ -208,23 +199,24 @@ addMethodOptions(po::options_description& all)
       "4x4 text: a pose to judge as one more candidate (ssfr), or to start from (icp, gicp, ndt)")(
       "guess-tolerance",
       po::value<std::string>()->value_name("DEG,M"),
-      "how good the guess is (ssfr): only poses that turn and shift the sensor by at most this from it are considered; "
+      "how good the guess is (ssfr): only poses that rotate and move the sensor by at most this from it are "
+      "considered; "
       "surer and faster (default: the guess is one candidate among all)")(
       "viewpoint",
       po::value<std::string>()->value_name("MODE")->default_value("auto"),
       "auto: decide from the points whether the sensor is at the origin (or at the place that the file gives), and "
       "look "
       "for it in the points where it is not; sensor: it is; unknown: it is not (merged or moved clouds); unused: do "
-      "without")("gravity",
-                 po::value<std::string>()->value_name("X,Y,Z"),
-                 "up direction in both scans, when it is known: only poses that keep it are considered, and it tells "
-                 "the tilt where the scans do not")(
-      "gravity-tolerance",
-      po::value<std::string>()->value_name("DEG"),
-      "how far it may be wrong, in degrees: three standard deviations (default: 5)")("refine",
-                                                                                     "polish the pose on the "
-                                                                                     "points (the default)")(
-      "no-refine", "leave the pose as the histograms give it");
+      "without")(
+      "gravity",
+      po::value<std::string>()->value_name("X,Y,Z"),
+      "up direction in both scans, when it is known: only poses that keep it are considered, and it constrains "
+      "the tilt where the scans do not")("gravity-tolerance",
+                                         po::value<std::string>()->value_name("DEG"),
+                                         "how far it may be wrong, in degrees: three standard deviations (default: 5)")(
+      "refine",
+      "polish the pose on the "
+      "points (the default)")("no-refine", "leave the pose as the histograms give it");
 
   const auto from_data = [](double value) { return value > 0 ? std::to_string(value) : std::string("from the scans"); };
   po::options_description scales("Scales, in metres; all follow from the scans when they are not given", kHelpWidth);
@@ -269,7 +261,7 @@ readMethodOptions(const po::variables_map& values)
       throw UsageError("--guess: the value is empty");
   }
   if (!findMethod(result.method))
-    throw UsageError("--method: " + io::inQuotes(result.method) + " is not one of " + methodNames());
+    throw UsageError("--method: " + io::inQuotes(result.method) + " " + describeUnknown(result.method));
   const Profile profile = chooseProfile(values, result.method);
   const Method& method = *findMethod(result.method); // the profile may have chosen another
   if (values.count("guess-tolerance")) {

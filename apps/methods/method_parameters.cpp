@@ -93,7 +93,7 @@ parameterTable()
       {"ransac_iterations", &R::ransac_iterations, 1, 1e9, "of fpfh_ransac"},
       {"sac_ia_iterations", &R::sac_ia_iterations, 1, 1e9, "of fpfh_sac_ia"},
       {"fpcs_samples", &R::fpcs_samples, 10, 1e6, "points of the source that fpcs works on"},
-      {"expected_overlap", &R::expected_overlap, 0.01, 1, "that fpcs, kfpcs and super4pcs are told"},
+      {"expected_overlap", &R::expected_overlap, 0.01, 1, "that fpcs, kfpcs and super4pcs assume"},
       {"go_icp_points", &R::go_icp_points, 3, 1e6, "points of the source that go_icp works on"},
       {"go_icp_trim", &R::go_icp_trim, 0, 0.99, "share of the source that go_icp leaves out"},
       {"go_icp_tolerance", &R::go_icp_tolerance, 1e-12, 1, "mean squared error of go_icp [largest coordinate squared]"},

@@ -39,7 +39,7 @@ struct ParameterRule {
   double ransac_iterations = 20000;  ///< of fpfh_ransac
   double sac_ia_iterations = 200;    ///< of fpfh_sac_ia
   double fpcs_samples = 500;         ///< points of the source that fpcs works on
-  double expected_overlap = 0.5;     ///< that fpcs, kfpcs and super4pcs are told
+  double expected_overlap = 0.5;     ///< that fpcs, kfpcs and super4pcs assume
   double go_icp_points = 500;        ///< points of the source that go_icp works on
   double go_icp_trim = 0.3;          ///< share of the source that go_icp leaves out
   double go_icp_tolerance = 1e-4; ///< of go_icp's mean squared error [largest coordinate about the centroid, squared]

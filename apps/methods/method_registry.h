@@ -49,6 +49,14 @@ methods();
 const Method*
 findMethod(const std::string& name);
 
+/// The names of all methods, separated by commas.
+std::string
+methodNames();
+
+/// Why findMethod() knows no method of this name, as the end of a sentence that begins with the name.
+std::string
+describeUnknown(const std::string& name);
+
 using MethodPoint = pcl::PointXYZINormal;
 using MethodCloud = pcl::PointCloud<MethodPoint>;
 using MethodRegistration = pcl::Registration<MethodPoint, MethodPoint, float>;

@@ -316,7 +316,7 @@ runMethod(const std::string& name,
 {
   const Method* method = findMethod(name);
   if (!method)
-    throw std::invalid_argument("unknown method '" + name + "'");
+    throw std::invalid_argument("method '" + name + "' " + describeUnknown(name));
   MethodRun run;
   if (method->kind == MethodKind::Ssfr) {
     const auto start = std::chrono::steady_clock::now();

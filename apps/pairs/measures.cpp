@@ -13,6 +13,8 @@ namespace apps {
 namespace {
 
 constexpr double kDegreesPerRadian = 57.29577951308232;
+constexpr double kSmallestProbability = 1e-4; ///< in the log loss
+constexpr std::size_t kCalibrationBins = 10;
 constexpr double kNormal95 = 1.959963984540054; ///< half width of the 95 % interval of a normal distribution [sigma]
 
 } // namespace
@@ -104,6 +106,31 @@ precisionRecall(std::vector<JudgedAnswer> answers, std::size_t pairs)
                      right / static_cast<double>(std::max<std::size_t>(pairs, 1))});
   }
   return curve;
+}
+
+double
+logLoss(const std::vector<JudgedAnswer>& answers)
+{
+  double sum = 0;
+  for (const JudgedAnswer& answer : answers) {
+    const double p = std::clamp(answer.confidence, kSmallestProbability, 1 - kSmallestProbability);
+    sum -= std::log(answer.right ? p : 1 - p);
+  }
+  return answers.empty() ? std::numeric_limits<double>::quiet_NaN() : sum / static_cast<double>(answers.size());
+}
+
+double
+calibrationError(const std::vector<JudgedAnswer>& answers)
+{
+  std::array<double, kCalibrationBins> surplus{}; ///< confidences less right answers, sums
+  for (const JudgedAnswer& answer : answers) {
+    const double place = std::clamp(kCalibrationBins * answer.confidence, 0.0, kCalibrationBins - 1.0);
+    surplus[static_cast<std::size_t>(place)] += answer.confidence - (answer.right ? 1 : 0);
+  }
+  double sum = 0;
+  for (const double bin : surplus)
+    sum += std::abs(bin);
+  return answers.empty() ? std::numeric_limits<double>::quiet_NaN() : sum / static_cast<double>(answers.size());
 }
 
 } // namespace apps

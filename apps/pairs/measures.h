@@ -20,7 +20,7 @@ struct PoseError {
 };
 
 /** \brief Compare a pose with the truth. \param[in] reference point of the source frame at which the translation is
- * taken: its sensor, so that neither a turned frame nor a far map origin changes the figure
+ * taken: its sensor, so that neither a rotated frame nor a far map origin changes the figure
  */
 PoseError
 poseError(const Eigen::Isometry3d& estimate, const Eigen::Isometry3d& truth, const Eigen::Vector3d& reference);
@@ -91,6 +91,17 @@ struct PrecisionRecall {
  */
 std::vector<PrecisionRecall>
 precisionRecall(std::vector<JudgedAnswer> answers, std::size_t pairs);
+
+/** \brief Mean of -log(probability that was stated for what came true); NaN of none. Confidences count as at least
+ * 1e-4 and at most 1 - 1e-4: one false certainty does not outweigh all else.
+ */
+double
+logLoss(const std::vector<JudgedAnswer>& answers);
+
+/// Expected calibration error: the mean difference of confidence and share of right answers over ten bins of equal
+/// width, weighted by their answers, [0, 1]; NaN of none.
+double
+calibrationError(const std::vector<JudgedAnswer>& answers);
 
 } // namespace apps
 } // namespace pcl_ssfr

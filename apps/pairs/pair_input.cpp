@@ -22,10 +22,17 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Streams of random numbers of a pair, one a purpose: a change of one leaves the others alone.
-enum Stream : std::uint64_t { kMotionStream = 1, kNoiseStream, kOutlierStream, kCutStream };
+/// Streams of random numbers of a pair, one per purpose: a change of one leaves the others alone.
+enum Stream : std::uint64_t {
+  kMotionStream = 1,
+  kNoiseStream,
+  kOutlierStream,
+  kCutStream,
+  kDegradationStream,
+  kOriginStream
+};
 
-/// Replace a scan by one averaged point a voxel.
+/// Replace a scan by one averaged point per voxel.
 void
 thin(io::LoadedCloud& cloud, double leaf)
 {
@@ -86,6 +93,17 @@ cutTarget(PairInput& pair, double overlap, RandomStream random)
   pair.target.points = kept;
 }
 
+/// Move the points of a cloud, and their normals.
+void
+movePoints(io::LoadedCloud& cloud, const Eigen::Isometry3d& motion)
+{
+  for (auto& point : *cloud.points) {
+    point.getVector3fMap() = (motion * point.getVector3fMap().cast<double>()).cast<float>();
+    if (cloud.has_normals)
+      point.getNormalVector3fMap() = (motion.linear() * point.getNormalVector3fMap().cast<double>()).cast<float>();
+  }
+}
+
 /// Move the source by a rigid motion of its points about the origin of its cloud; sensor and truth follow.
 void
 move(PairInput& pair, Perturbation perturbation, RandomStream random)
@@ -96,44 +114,63 @@ move(PairInput& pair, Perturbation perturbation, RandomStream random)
     const Eigen::Vector3d direction = random.rotation().col(0);
     motion.translation() = random.uniform() * measureExtent(viewOf(pair.source)).radius * direction;
   }
-  for (auto& point : *pair.source.points) {
-    point.getVector3fMap() = (motion * point.getVector3fMap().cast<double>()).cast<float>();
-    if (pair.source.has_normals)
-      point.getNormalVector3fMap() = (motion.linear() * point.getNormalVector3fMap().cast<double>()).cast<float>();
-  }
+  movePoints(pair.source, motion);
   const Eigen::Isometry3d in_file =
       Eigen::Translation3d(pair.source.offset) * motion * Eigen::Translation3d(-pair.source.offset);
-  pair.T_target_source = pair.T_target_source * in_file.inverse();
+  if (pair.T_target_source)
+    pair.T_target_source = *pair.T_target_source * in_file.inverse();
   const bool sensor_moves = pair.source.viewpoint || perturbation == Perturbation::Se3;
   if (sensor_moves)
     pair.source.viewpoint = in_file * pair.source.viewpoint.value_or(Eigen::Vector3d::Zero());
   pair.reference = in_file * pair.reference;
 }
 
-} // namespace
-
-const char*
-toString(Perturbation perturbation)
+/// Lay another scan into the target. What only one of the two has, normals or intensity, is dropped.
+void
+merge(io::LoadedCloud& target, const PosedScan& other)
 {
-  switch (perturbation) {
-  case Perturbation::None:
-    return "none";
-  case Perturbation::Rotation:
-    return "rotation";
-  case Perturbation::Se3:
-    return "se3";
+  io::LoadedCloud scan = io::loadCloud(other.path);
+  movePoints(scan, Eigen::Translation3d(-target.offset) * other.T_target_scan * Eigen::Translation3d(scan.offset));
+  auto points = pcl::make_shared<pcl::PointCloud<pcl::PointXYZINormal>>(*target.points);
+  *points += *scan.points;
+  target.points = points;
+  target.has_normals = target.has_normals && scan.has_normals;
+  target.has_intensity = target.has_intensity && scan.has_intensity;
+}
+
+/// Mirror the source as a file with left-handed coordinates is: y changes its sign. No pose is right any more.
+void
+mirror(PairInput& pair)
+{
+  for (auto& point : *pair.source.points) {
+    point.y = -point.y;
+    point.normal_y = -point.normal_y;
   }
-  return "none";
+  pair.source.offset.y() = -pair.source.offset.y();
+  pair.reference.y() = -pair.reference.y();
+  if (pair.source.viewpoint)
+    pair.source.viewpoint->y() = -pair.source.viewpoint->y();
+  pair.T_target_source.reset();
 }
 
-Perturbation
-parsePerturbation(const std::string& text)
+/// Move the origins of both frames away from the sensors, each in a random direction, without a word about it.
+void
+moveOrigins(PairInput& pair, double distance, RandomStream random)
 {
-  for (const Perturbation p : {Perturbation::None, Perturbation::Rotation, Perturbation::Se3})
-    if (text == toString(p))
-      return p;
-  throw std::invalid_argument(io::inQuotes(text) + " is not none, rotation or se3");
+  const auto moveOrigin = [&](io::LoadedCloud& cloud) {
+    const Eigen::Isometry3d motion(Eigen::Translation3d(distance * random.rotation().col(0)));
+    movePoints(cloud, motion);
+    cloud.viewpoint.reset();
+    return motion;
+  };
+  const Eigen::Isometry3d source_motion = moveOrigin(pair.source);
+  const Eigen::Isometry3d target_motion = moveOrigin(pair.target);
+  if (pair.T_target_source)
+    pair.T_target_source = target_motion * *pair.T_target_source * source_motion.inverse();
+  pair.reference = source_motion * pair.reference;
 }
+
+} // namespace
 
 std::uint64_t
 pairSeed(std::uint64_t seed, const std::string& dataset, const std::string& source, const std::string& target)
@@ -157,6 +194,13 @@ loadPair(const PairRequest& request)
   pair.T_target_source = request.T_target_source;
   pair.reference = pair.source.viewpoint.value_or(pair.source.offset);
   const Variation& variation = request.variation;
+  if (request.merged)
+    merge(pair.target, *request.merged);
+  if (!variation.degradation.keepsAll())
+    pair.source.points = degraded(*pair.source.points,
+                                  variation.degradation,
+                                  RandomStream(request.seed, kDegradationStream).next(),
+                                  (pair.reference - pair.source.offset).cast<float>());
   if (variation.resolution_m > 0) {
     thin(pair.source, variation.resolution_m);
     thin(pair.target, variation.resolution_m);
@@ -167,8 +211,12 @@ loadPair(const PairRequest& request)
     addOutliers(pair.source, variation.outliers, RandomStream(request.seed, kOutlierStream));
   if (variation.overlap > 0)
     cutTarget(pair, variation.overlap, RandomStream(request.seed, kCutStream));
+  if (variation.mirror_source)
+    mirror(pair);
   if (variation.perturbation != Perturbation::None)
     move(pair, variation.perturbation, RandomStream(request.seed, kMotionStream));
+  if (variation.origin_offset_m > 0)
+    moveOrigins(pair, variation.origin_offset_m, RandomStream(request.seed, kOriginStream));
   return pair;
 }
 
@@ -198,17 +246,15 @@ poseFromJson(const Json& json)
 Json
 toJson(const PairRequest& request)
 {
-  const Variation& variation = request.variation;
   Json json;
   json["source"] = request.source;
   json["target"] = request.target;
-  json["T_target_source"] = matrixJson(request.T_target_source);
+  json["T_target_source"] = request.T_target_source ? matrixJson(*request.T_target_source) : Json(nullptr);
+  json["merged"] = nullptr;
+  if (request.merged)
+    json["merged"] = {{"path", request.merged->path}, {"T_target_scan", matrixJson(request.merged->T_target_scan)}};
   json["sensor_at_origin"] = request.sensor_at_origin;
-  json["resolution_m"] = variation.resolution_m;
-  json["noise_m"] = variation.noise_m;
-  json["outliers"] = variation.outliers;
-  json["overlap"] = variation.overlap;
-  json["perturb"] = toString(variation.perturbation);
+  json["variation"] = toJson(request.variation);
   json["seed"] = request.seed;
   return json;
 }
@@ -219,13 +265,13 @@ pairRequestFromJson(const Json& json)
   PairRequest request;
   request.source = json.at("source").get<std::string>();
   request.target = json.at("target").get<std::string>();
-  request.T_target_source = poseFromJson(json.at("T_target_source"));
+  if (!json.at("T_target_source").is_null())
+    request.T_target_source = poseFromJson(json.at("T_target_source"));
+  if (!json.at("merged").is_null())
+    request.merged =
+        PosedScan{json.at("merged").at("path").get<std::string>(), poseFromJson(json.at("merged").at("T_target_scan"))};
   request.sensor_at_origin = json.at("sensor_at_origin").get<bool>();
-  request.variation.resolution_m = json.at("resolution_m").get<double>();
-  request.variation.noise_m = json.at("noise_m").get<double>();
-  request.variation.outliers = json.at("outliers").get<double>();
-  request.variation.overlap = json.at("overlap").get<double>();
-  request.variation.perturbation = parsePerturbation(json.at("perturb").get<std::string>());
+  request.variation = variationFromJson(json.at("variation"));
   request.seed = json.at("seed").get<std::uint64_t>();
   return request;
 }

@@ -5,39 +5,32 @@
 
 #include <apps/common/json_values.h>
 #include <apps/methods/cloud_view.h>
+#include <apps/pairs/variation.h>
 
 #include <nlohmann/json.hpp>
 
 #include <Eigen/Geometry>
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
 namespace pcl_ssfr {
 namespace apps {
 
-/// How the source of a pair is moved before it is registered.
-enum class Perturbation {
-  None,
-  Rotation, ///< a uniformly random rotation about the origin of its frame
-  Se3       ///< the same, and a shift of up to the radius of the scan in a random direction
-};
-
-/// What is done to a pair before it is registered; ground truth follows. Zero: left as it is.
-struct Variation {
-  double resolution_m = 0; ///< both scans are thinned to one averaged point a voxel of this edge [m]
-  double noise_m = 0;      ///< standard deviation of the Gaussian noise added to each coordinate of the source [m]
-  double outliers = 0;     ///< share of the source that becomes uniform noise in its bounding box, [0, 1)
-  double overlap = 0;      ///< the target is cut by a plane until so much of the source has a counterpart, [0, 1)
-  Perturbation perturbation = Perturbation::None;
+/// A scan and where it lies in another.
+struct PosedScan {
+  std::string path;
+  Eigen::Isometry3d T_target_scan = Eigen::Isometry3d::Identity(); ///< of the files
 };
 
 /// A pair of scans on its way to a method: everything that decides the input.
 struct PairRequest {
-  std::string source;                                                ///< path
-  std::string target;                                                ///< path
-  Eigen::Isometry3d T_target_source = Eigen::Isometry3d::Identity(); ///< ground truth of the files
-  bool sensor_at_origin = true;                                      ///< false: nobody knows where the sensors were
+  std::string source;                               ///< path
+  std::string target;                               ///< path
+  std::optional<Eigen::Isometry3d> T_target_source; ///< ground truth of the files; none: not known, or no pose is right
+  std::optional<PosedScan> merged;                  ///< laid into the target
+  bool sensor_at_origin = true;                     ///< false: nobody knows where the sensors were
   Variation variation;
   std::uint64_t seed = 1; ///< of this pair
 };
@@ -46,22 +39,18 @@ struct PairRequest {
 struct PairInput {
   io::LoadedCloud source; ///< without its table
   io::LoadedCloud target;
-  Eigen::Isometry3d T_target_source = Eigen::Isometry3d::Identity(); ///< ground truth, in file coordinates
+  std::optional<Eigen::Isometry3d> T_target_source;    ///< ground truth, in file coordinates; none: no pose is right
   Eigen::Vector3d reference = Eigen::Vector3d::Zero(); ///< where the source's sensor is, or the middle of a map [m]
 };
-
-const char*
-toString(Perturbation perturbation);
-
-/// none, rotation or se3. \throw std::invalid_argument
-Perturbation
-parsePerturbation(const std::string& text);
 
 /// A seed for a pair that depends on nothing but its names and the seed of the run.
 std::uint64_t
 pairSeed(std::uint64_t seed, const std::string& dataset, const std::string& source, const std::string& target);
 
-/// Load a pair and vary it: thinning, noise, outliers, cut, motion, in this order. \throw io::IoError
+/** \brief Load a pair and vary it, in this order: another scan into the target, degradation, thinning, noise, outliers,
+ * cut, mirroring, motion of the source, origins. \throw io::IoError; std::invalid_argument when the target is to be cut
+ * and the truth is not known
+ */
 PairInput
 loadPair(const PairRequest& request);
 

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <stdexcept>
 
 namespace pcl_ssfr {
 namespace apps {
@@ -54,6 +55,8 @@ vectorFromJson(const Json& json)
 Correspondences
 correspondencesAtTruth(const PairInput& pair)
 {
+  if (!pair.T_target_source)
+    throw std::invalid_argument("the true pose of the pair is not known");
   Correspondences result;
   result.radius = kRadiusLeafs * thinPair(viewOf(pair.source), viewOf(pair.target), ParameterRule{}, 1).source.leaf;
   const Points3 source = somePoints(pair.source, kMaxAsked);
@@ -61,7 +64,7 @@ correspondencesAtTruth(const PairInput& pair)
   const NeighborIndex index(target);
   result.samples = static_cast<std::size_t>(source.cols());
   const Eigen::Isometry3d T =
-      Eigen::Translation3d(-pair.target.offset) * pair.T_target_source * Eigen::Translation3d(pair.source.offset);
+      Eigen::Translation3d(-pair.target.offset) * *pair.T_target_source * Eigen::Translation3d(pair.source.offset);
   std::vector<Eigen::Index> asked;
   std::vector<Eigen::Index> found;
   for (Eigen::Index i = 0; i < source.cols(); ++i) {
@@ -83,18 +86,21 @@ correspondencesAtTruth(const PairInput& pair)
 PairTruth
 measureTruth(const PairInput& pair)
 {
-  const Correspondences correspondences = correspondencesAtTruth(pair);
   PairTruth truth;
   truth.T_target_source = pair.T_target_source;
   truth.reference = pair.reference;
   truth.source_offset = pair.source.offset;
   truth.target_offset = pair.target.offset;
+  truth.source_points = pair.source.points->size();
+  truth.target_points = pair.target.points->size();
+  truth.overlap = truth.gt_rmse = std::numeric_limits<double>::quiet_NaN();
+  if (!truth.T_target_source)
+    return truth;
+  const Correspondences correspondences = correspondencesAtTruth(pair);
   truth.sums = sumCorrespondences(correspondences.source, correspondences.target);
   truth.overlap = truth.sums.count / static_cast<double>(std::max<std::size_t>(correspondences.samples, 1));
   truth.radius = correspondences.radius;
-  truth.gt_rmse = truth.rmse(truth.T_target_source);
-  truth.source_points = pair.source.points->size();
-  truth.target_points = pair.target.points->size();
+  truth.gt_rmse = truth.rmse(*truth.T_target_source);
   return truth;
 }
 
@@ -102,7 +108,7 @@ Json
 toJson(const PairTruth& truth)
 {
   Json json;
-  json["T_target_source"] = matrixJson(truth.T_target_source);
+  json["T_target_source"] = truth.T_target_source ? matrixJson(*truth.T_target_source) : Json(nullptr);
   json["reference"] = vectorJson(truth.reference);
   json["source_offset"] = vectorJson(truth.source_offset);
   json["target_offset"] = vectorJson(truth.target_offset);
@@ -113,7 +119,7 @@ toJson(const PairTruth& truth)
   json["target_spread"] = truth.sums.target_spread;
   json["cross"] = {
       vectorJson(truth.sums.cross.col(0)), vectorJson(truth.sums.cross.col(1)), vectorJson(truth.sums.cross.col(2))};
-  json["overlap"] = truth.overlap;
+  json["overlap"] = numberOrNull(truth.overlap);
   json["radius"] = truth.radius;
   json["source_points"] = truth.source_points;
   json["target_points"] = truth.target_points;
@@ -124,7 +130,8 @@ PairTruth
 pairTruthFromJson(const Json& json)
 {
   PairTruth truth;
-  truth.T_target_source = poseFromJson(json.at("T_target_source"));
+  if (!json.at("T_target_source").is_null())
+    truth.T_target_source = poseFromJson(json.at("T_target_source"));
   truth.reference = vectorFromJson(json.at("reference"));
   truth.source_offset = vectorFromJson(json.at("source_offset"));
   truth.target_offset = vectorFromJson(json.at("target_offset"));
@@ -135,9 +142,12 @@ pairTruthFromJson(const Json& json)
   truth.sums.target_spread = json.at("target_spread").get<double>();
   for (Eigen::Index column = 0; column < 3; ++column)
     truth.sums.cross.col(column) = vectorFromJson(json.at("cross").at(static_cast<std::size_t>(column)));
-  truth.overlap = json.at("overlap").get<double>();
+  truth.overlap = truth.gt_rmse = std::numeric_limits<double>::quiet_NaN();
+  if (json.at("overlap").is_number())
+    truth.overlap = json.at("overlap").get<double>();
   truth.radius = json.at("radius").get<double>();
-  truth.gt_rmse = truth.rmse(truth.T_target_source);
+  if (truth.T_target_source)
+    truth.gt_rmse = truth.rmse(*truth.T_target_source);
   truth.source_points = json.at("source_points").get<std::size_t>();
   truth.target_points = json.at("target_points").get<std::size_t>();
   return truth;

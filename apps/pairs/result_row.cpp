@@ -10,7 +10,9 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <stdexcept>
+#include <type_traits>
 
 namespace pcl_ssfr {
 namespace apps {
@@ -21,7 +23,12 @@ constexpr const char* kColumns =
     "dataset,source,target,method,status,converged,success,rotation_error_deg,translation_error_m,rmse_m,gt_rmse_m,"
     "overlap,confidence,time_s,cpu_s,peak_rss_mib,message,T00,T01,T02,T03,T10,T11,T12,T13,T20,T21,T22,T23,T30,T31,T32,"
     "T33,pair,found_overlap,resolution_m,noise_m,outliers,overlap_limit,perturb,seed,source_points,target_points,"
-    "G00,G01,G02,G03,G10,G11,G12,G13,G20,G21,G22,G23,G30,G31,G32,G33";
+    "G00,G01,G02,G03,G10,G11,G12,G13,G20,G21,G22,G23,G30,G31,G32,G33,pairs_from,origin_offset_m,merge_target,"
+    "mirror_source,degrade_every,degrade_sector_deg,degrade_nearest,target_dataset,right_rank";
+
+/// Fields of a variation, in the order of forEachField(): the first are in the middle of a row, the others at its end.
+constexpr std::size_t kEarlyFields = 5;
+constexpr std::size_t kAllFields = std::numeric_limits<std::size_t>::max();
 
 /// Enough digits to read the same number back, no more than it takes.
 std::string
@@ -49,6 +56,20 @@ shortNumber(double value)
   return text.data();
 }
 
+template <typename Value>
+std::string
+textOf(const Value& value)
+{
+  if constexpr (std::is_enum_v<Value>)
+    return toString(value);
+  else if constexpr (std::is_same_v<Value, bool>)
+    return value ? "1" : "0";
+  else if constexpr (std::is_integral_v<Value>)
+    return std::to_string(value);
+  else
+    return number(value);
+}
+
 /// Writes fields one after the other.
 class Line {
 public:
@@ -58,6 +79,16 @@ public:
     text_ += (first_ ? "" : ",") + field;
     first_ = false;
     return *this;
+  }
+  void
+  variation(const Variation& variation, std::size_t begin, std::size_t end)
+  {
+    std::size_t place = 0;
+    forEachField(variation, [&](const char*, const auto& value) {
+      if (place >= begin && place < end)
+        *this << textOf(value);
+      ++place;
+    });
   }
   void
   pose(const std::optional<Eigen::Isometry3d>& T)
@@ -142,6 +173,16 @@ public:
                                   error.what());
     }
   }
+  void
+  variation(Variation& variation, std::size_t begin, std::size_t end)
+  {
+    std::size_t place = 0;
+    forEachField(variation, [&](const char*, auto& value) {
+      if (place >= begin && place < end)
+        read(value);
+      ++place;
+    });
+  }
   std::invalid_argument
   wrong(const std::string& what) const
   {
@@ -149,6 +190,45 @@ public:
   }
 
 private:
+  void
+  read(double& value)
+  {
+    value = number();
+    if (!std::isfinite(value))
+      throw wrong("is not a number");
+  }
+  void
+  read(bool& value)
+  {
+    value = truth();
+  }
+  void
+  read(std::size_t& value)
+  {
+    value = whole();
+  }
+  void
+  read(Perturbation& value)
+  {
+    value = parsed(parsePerturbation);
+  }
+  void
+  read(PairsFrom& value)
+  {
+    value = parsed(parsePairsFrom);
+  }
+  template <typename Value>
+  Value
+  parsed(Value (*parse)(const std::string&))
+  {
+    try {
+      return parse(text());
+    }
+    catch (const std::invalid_argument& error) {
+      throw std::invalid_argument("column " + names_[next_ - 1] + ": " + error.what());
+    }
+  }
+
   std::vector<std::string> fields_;
   std::vector<std::string> names_;
   std::size_t next_ = 0;
@@ -173,11 +253,12 @@ toCsvLine(const ResultRow& row)
        << shortNumber(row.time_s) << shortNumber(row.cpu_s) << shortNumber(row.peak_rss_mib)
        << io::csvField(row.message);
   line.pose(row.T_target_source);
-  line << std::to_string(row.pair) << shortNumber(row.found_overlap) << number(row.variation.resolution_m)
-       << number(row.variation.noise_m) << number(row.variation.outliers) << number(row.variation.overlap)
-       << toString(row.variation.perturbation) << std::to_string(row.seed) << number(row.source_points)
-       << number(row.target_points);
+  line << std::to_string(row.pair) << shortNumber(row.found_overlap);
+  line.variation(row.variation, 0, kEarlyFields);
+  line << std::to_string(row.seed) << number(row.source_points) << number(row.target_points);
   line.pose(row.truth);
+  line.variation(row.variation, kEarlyFields, kAllFields);
+  line << io::csvField(row.target_dataset) << number(row.right_rank);
   return line.text();
 }
 
@@ -207,52 +288,27 @@ rowFromCsv(std::string_view line)
   row.T_target_source = fields.pose();
   row.pair = fields.whole();
   row.found_overlap = fields.number();
-  for (double* value :
-       {&row.variation.resolution_m, &row.variation.noise_m, &row.variation.outliers, &row.variation.overlap}) {
-    *value = fields.number();
-    if (!std::isfinite(*value))
-      throw fields.wrong("is not a number");
-  }
-  try {
-    row.variation.perturbation = parsePerturbation(fields.text());
-  }
-  catch (const std::invalid_argument&) {
-    throw fields.wrong("is not none, rotation or se3");
-  }
+  fields.variation(row.variation, 0, kEarlyFields);
   row.seed = fields.whole();
   row.source_points = fields.number();
   row.target_points = fields.number();
   row.truth = fields.pose();
+  fields.variation(row.variation, kEarlyFields, kAllFields);
+  row.target_dataset = fields.text();
+  row.right_rank = fields.number();
   return row;
 }
 
 std::string
-rowKey(const std::string& dataset, std::size_t pair, const Variation& variation, const std::string& method)
+rowKey(const std::string& dataset,
+       const std::string& target_dataset,
+       std::size_t pair,
+       const Variation& variation,
+       const std::string& method)
 {
   // Names as the file holds them: a folder's may have line ends.
-  return io::csvField(dataset) + '\n' + std::to_string(pair) + '\n' + number(variation.resolution_m) + '\n' +
-         number(variation.noise_m) + '\n' + number(variation.outliers) + '\n' + number(variation.overlap) + '\n' +
-         toString(variation.perturbation) + '\n' + io::csvField(method);
-}
-
-std::string
-describeVariation(const Variation& variation)
-{
-  std::string text;
-  const auto add = [&text](const std::string& part) { text += (text.empty() ? "" : ", ") + part; };
-  if (variation.resolution_m > 0)
-    add("thinned to " + number(variation.resolution_m) + " m");
-  if (variation.noise_m > 0)
-    add("noise " + number(variation.noise_m) + " m");
-  if (variation.outliers > 0)
-    add("outliers " + number(100 * variation.outliers) + " %");
-  if (variation.overlap > 0)
-    add("overlap at most " + number(100 * variation.overlap) + " %");
-  if (variation.perturbation == Perturbation::Rotation)
-    add("source turned at random");
-  if (variation.perturbation == Perturbation::Se3)
-    add("source moved at random");
-  return text.empty() ? "as it is" : text;
+  return io::csvField(dataset) + '\n' + io::csvField(target_dataset) + '\n' + std::to_string(pair) + '\n' +
+         toJson(variation).dump() + '\n' + io::csvField(method);
 }
 
 } // namespace apps

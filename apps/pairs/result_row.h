@@ -26,7 +26,7 @@ struct ResultRow {
   std::string method;
   std::string status;
   bool converged = false;
-  bool success = false; ///< the pose is right by the dataset's bound, whether the method believes it or not
+  bool success = false; ///< the pose is right by the dataset's bound, whatever the method says of it
   double rotation_error_deg = kUnknown;
   double translation_error_m = kUnknown;
   double rmse_m = kUnknown;     ///< over the correspondences fixed at the ground truth
@@ -39,13 +39,15 @@ struct ResultRow {
   std::string message;
   std::optional<Eigen::Isometry3d> T_target_source; ///< what the method found
 
-  std::size_t pair = 0;            ///< row of pairs.csv, from 0
+  std::size_t pair = 0;            ///< row of pairs.csv, from 0; of the list of pairs that were chosen from
   double found_overlap = kUnknown; ///< as the method measured it
   Variation variation;
   std::uint64_t seed = 0; ///< of the pair, see pairSeed()
   double source_points = kUnknown;
   double target_points = kUnknown;
-  std::optional<Eigen::Isometry3d> truth; ///< after the variation
+  std::optional<Eigen::Isometry3d> truth; ///< after the variation; none: no pose is right, or it is not known
+  std::string target_dataset;             ///< that the target is from, where it is another
+  double right_rank = kUnknown;           ///< place of the first candidate that is right, from 1; unknown: none is
 };
 
 /// The first line of results.csv, without its end.
@@ -60,13 +62,19 @@ toCsvLine(const ResultRow& row);
 ResultRow
 rowFromCsv(std::string_view line);
 
-/// What makes a row one of its kind: dataset, pair, variation and method.
+/// What makes a row one of its kind: dataset, that of the target, pair, variation and method.
 std::string
-rowKey(const std::string& dataset, std::size_t pair, const Variation& variation, const std::string& method);
+rowKey(const std::string& dataset,
+       const std::string& target_dataset,
+       std::size_t pair,
+       const Variation& variation,
+       const std::string& method);
 
-/// A variation in words, "as it is" for none: "thinned to 0.05 m, noise 0.01 m".
-std::string
-describeVariation(const Variation& variation);
+inline std::string
+rowKey(const ResultRow& row)
+{
+  return rowKey(row.dataset, row.target_dataset, row.pair, row.variation, row.method);
+}
 
 } // namespace apps
 } // namespace pcl_ssfr

@@ -242,7 +242,7 @@ describe(const DatasetPlan& plan)
   if (anythingMoves(plan))
     text += ", things move between scans";
   if (plan.random_rotation)
-    text += ", every scan in a randomly turned frame";
+    text += ", every scan in a randomly rotated frame";
   return text;
 }
 

@@ -61,10 +61,10 @@ constexpr NumberOption kNumbers[] = {
      false},
     {"overlap", "X", "wanted overlap of consecutive scans, decides the step", 0.01, 0.99, false},
     {"turn", "DEG", "largest change of heading between scans, beyond that of the path", 0, 180, false},
-    {"turn-limit", "DEG", "turn no farther between scans, whatever the path does", 0.1, 180, false},
+    {"turn-limit", "DEG", "rotate no farther between scans, whatever the path does", 0.1, 180, false},
     {"tilt", "DEG", "largest roll and pitch", 0, 90, false},
     {"velocity", "M/S", "drive forward while scanning: scans are distorted by motion", -100, 100, false},
-    {"turn-rate", "DEG/S", "turn about the sensor's z while scanning", -3600, 3600, false},
+    {"turn-rate", "DEG/S", "rotation about the sensor's z while scanning", -3600, 3600, false},
     {"people", "N", "people, who stand somewhere else in every scan", 0, 1000, true},
     {"moved-furniture",
      "X",
@@ -126,7 +126,7 @@ describeOptions()
   add_number(motion, "turn", formatNumber(std::round(defaults.trajectory.turn * kDegreesPerRadian * 10) / 10));
   add_number(motion, "turn-limit");
   add_number(motion, "tilt", formatNumber(defaults.trajectory.tilt * kDegreesPerRadian));
-  motion.add_options()("random-rotation", "give every scan in a randomly turned frame of its own");
+  motion.add_options()("random-rotation", "give every scan in a randomly rotated frame of its own");
   add_number(motion, "velocity", formatNumber(defaults.velocity));
   add_number(motion, "turn-rate", formatNumber(defaults.turn_rate * kDegreesPerRadian));
 

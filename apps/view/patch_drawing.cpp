@@ -90,7 +90,7 @@ fateName(SurfaceFate fate)
 {
   switch (fate) {
   case SurfaceFate::Matched:
-    return "meets its like";
+    return "meets a compatible patch";
   case SurfaceFate::Contradicted:
     return "contradicts: hangs where the other sensor saw free space";
   case SurfaceFate::Unmatched:

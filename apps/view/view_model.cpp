@@ -108,7 +108,7 @@ ViewedPose
 ViewModel::judged(const Eigen::Isometry3d& T_files, const Candidate* known) const
 {
   ViewedPose pose;
-  // The evidence is that of the default profile; what the method itself told of the pose goes before it.
+  // The evidence is that of the default profile; what the method itself reported of the pose goes before it.
   pose.candidate = judgePose(source_, target_, toClouds(T_files), options_, false);
   if (known) {
     pose.candidate.score = known->score;

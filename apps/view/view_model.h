@@ -28,7 +28,7 @@ struct ViewedPose {
 
 /// What becomes of a piece of surface that is laid into the other scan.
 enum class SurfaceFate {
-  Matched,      ///< meets its like
+  Matched,      ///< meets a compatible patch
   Contradicted, ///< hangs where the other sensor saw free space
   Unmatched,    ///< in view of the other sensor, but nothing like it is there
   Unseen        ///< hidden, behind, or out of view: says nothing
@@ -54,7 +54,7 @@ struct SphereView {
   double radius = 0; ///< r_d, chord
 };
 
-/// A shift along an axis, tried while the other two stay as they are under the pose.
+/// A translation along an axis, tried while the other two stay as they are under the pose.
 struct ShiftScore {
   double offset = 0;       ///< from the pose [m]
   double matched = 0;      ///< share of the surface of both scans

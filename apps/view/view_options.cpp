@@ -33,7 +33,7 @@ describeOptions()
       ("screenshot", text("FILE"), "open the window, write it to FILE (.png) and close it")
       ("layer", text("NAME"), "what the window shows at first: points (default), patches or matches")
       ("candidate", text("K"), "candidate to show closely, 1 (default): the chosen one")
-      ("truth", text("FILE"), "4x4 text: the true pose of SOURCE in TARGET, shown beside what was found");
+      ("truth", text("FILE"), "4x4 text: the true pose of SOURCE in TARGET, shown next to what was found");
   po::options_description input("Which pair, when RESULT is a folder", kHelpWidth);
   input.add_options()
       ("pair", text("I"), "row of pairs.csv, counted from 0")

@@ -140,7 +140,7 @@ private:
               {&target_, &after});
     add("after.png",
         "After: " + pose.name,
-        "The source moved by the pose. Where it is right, walls lie on walls and turn dark.");
+        "The source moved by the pose. Where it is right, walls lie on walls and become dark.");
     if (const ViewedPose* truth = model_.truth()) {
       const ScanLayer layer = sourceLayer(truth->candidate.T_target_source, name);
       drawScans(path("truth.png"),
@@ -152,7 +152,7 @@ private:
     }
   }
 
-  /// The patches of both scans by their fates: beside each other, or below each other when the scene is long.
+  /// The patches of both scans by their fates: side by side, or below each other when the scene is long.
   void
   drawMatches(const ViewedPose& pose, const std::string& file)
   {
@@ -382,9 +382,9 @@ private:
     constexpr double kStep = 342;
     const std::array<AxisView, 3> axes = model_.axes(pose, true);
     const Sheet sheet(kHeader + 3 * kRow + 64,
-                      "Shifts along three axes: " + pose.name,
+                      "Translations along three axes: " + pose.name,
                       "The rotation of this pose is given. Along each axis, surfaces that face it are counted by where "
-                      "they lie; the shift that lays them on each other is looked for.");
+                      "they lie; the translation that lays them on each other is looked for.");
     cairo_t* context = sheet.context();
     for (std::size_t k = 0; k < 3; ++k) {
       const AxisView& axis = axes[k];
@@ -402,7 +402,7 @@ private:
                          : std::abs(shown.x()) > 0.9 ? "to the right in the view from above"
                          : std::abs(shown.y()) > 0.9 ? "upwards in the view from above"
                                                      : "oblique") +
-                   formatted("The pose shifts by %.2f m", axis.shift) +
+                   formatted("The pose moves by %.2f m", axis.shift) +
                    (axis.true_shift && !pose.is_truth ? formatted(", the truth by %.2f m", *axis.true_shift) : ""),
                15,
                true);
@@ -415,7 +415,7 @@ private:
         return chart;
       };
       drawHistograms(context, chartAt(0), axis, 0, "Histograms as they are");
-      drawHistograms(context, chartAt(1), axis, axis.shift, "Source moved by the shift");
+      drawHistograms(context, chartAt(1), axis, axis.shift, "Source moved by the translation");
       drawCorrelation(context, chartAt(2), axis, pose);
       drawScores(context, chartAt(3), axis, pose);
     }
@@ -432,8 +432,9 @@ private:
     add(file,
         "Histograms and correlations: " + pose.name,
         "One row an axis. Surfaces that face along the axis are counted upwards, those that face against it downwards. "
-        "Third chart: the correlation of the two histograms over all shifts, with the numbered peaks that the search "
-        "tries. Fourth: what becomes of the surface when the pose is shifted along this axis alone; a right pose has a "
+        "Third chart: the correlation of the two histograms over all translations, with the numbered peaks that the "
+        "search "
+        "tries. Fourth: what becomes of the surface when the pose is moved along this axis alone; a right pose has a "
         "clear peak of matches at 0.");
   }
 
@@ -502,14 +503,15 @@ private:
   drawCorrelation(cairo_t* context, Chart chart, const AxisView& axis, const ViewedPose& pose) const
   {
     const Correlation& sum = axis.correlation.sum;
-    const std::string title = axis.every_shift ? "Correlation (every shift is tried)" : "Correlation and its peaks";
+    const std::string title =
+        axis.every_shift ? "Correlation (every translation is tried)" : "Correlation and its peaks";
     if (sum.values.size() < 2)
       return noData(context, chart, title, "nothing to correlate");
     chart.x_low = sum.shift(0);
     chart.x_high = sum.shift(sum.values.size() - 1);
     chart.y_low = std::min(0.0, sum.values.minCoeff());
     chart.y_high = 1.14 * std::max(sum.values.maxCoeff(), 1e-9);
-    drawChartFrame(context, chart, title, "shift of the source [m]", "");
+    drawChartFrame(context, chart, title, "translation of the source [m]", "");
     drawMarks(context, chart, axis, pose, 0);
     std::vector<double> x;
     std::vector<double> y;
@@ -551,7 +553,7 @@ private:
     chart.x_high = x.back();
     chart.y_low = 0;
     chart.y_high = 1.08 * highest;
-    drawChartFrame(context, chart, "When shifted from the pose", "further shift [m]", "share of the surface", true);
+    drawChartFrame(context, chart, "When moved from the pose", "further translation [m]", "share of the surface", true);
     drawMarks(context, chart, axis, pose, axis.shift);
     drawChartLine(context, chart, x, contradicted, fateColour(SurfaceFate::Contradicted));
     drawChartLine(context, chart, x, matched, fateColour(SurfaceFate::Matched));
@@ -568,7 +570,7 @@ private:
     const Sheet sheet(kHeader + 2 * kRow + 76,
                       "Gaussian spheres: which way surfaces face",
                       "Each point is a direction; the more surface faces it, the darker. Seen from above: walls are on "
-                      "the rim. The source is turned by " +
+                      "the rim. The source is rotated by " +
                           pose.name + ".");
     cairo_t* context = sheet.context();
     const Eigen::Matrix3d up = T_picture_target_.linear();
@@ -577,7 +579,7 @@ private:
       const double top = kHeader + static_cast<double>(s) * kRow;
       const Colour colour = s == 0 ? kTargetColour : kSourceColour;
       const Colour other = s == 0 ? kSourceColour : kTargetColour;
-      drawText(context, kMargin, top + 16, s == 0 ? "Target" : "Source, turned by the pose", 17, true);
+      drawText(context, kMargin, top + 16, s == 0 ? "Target" : "Source, rotated by the pose", 17, true);
       for (const bool upper : {true, false}) {
         const double x = kMargin + kRadius + (upper ? 0 : 2 * kRadius + 34);
         const double y = top + 44 + kRadius;
@@ -706,7 +708,7 @@ private:
                                 scan.patches.samples.weights.sum(),
                                 scan.main_normals.size(),
                                 1000 * scan.thickness,
-                                scan.viewpoint_used ? "" : "; its sensor's place is not believed"));
+                                scan.viewpoint_used ? "" : "; the given place of its sensor is not accepted"));
     cairo_t* context = sheet.context();
     std::vector<PatchShape> shapes = makePatchShapes(scan, T);
     for (PatchShape& shape : shapes)
@@ -722,7 +724,7 @@ private:
     drawText(context,
              views.top.left,
              views.top.top - 9,
-             "From above" + views.top.remark + (of_source ? "; turned by " + pose.name : ""),
+             "From above" + views.top.remark + (of_source ? "; rotated by " + pose.name : ""),
              14);
     drawText(context, views.side.left, views.side.top - 9, "From the side", 14);
     drawDirectionKey(context, kMargin + 40, sheet.height() - 46, 40);

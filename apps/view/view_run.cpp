@@ -9,6 +9,7 @@
 #include <apps/io/file_bytes.h>
 #include <apps/io/transform_file.h>
 #include <apps/methods/options_json.h>
+#include <apps/pairs/pair_list.h>
 #include <apps/pairs/result_row.h>
 
 #include <algorithm>
@@ -256,7 +257,7 @@ resultFromJson(const JsonFile& file)
   return result;
 }
 
-/// Where a scan lies now: as written down, or beside the file that names it.
+/// Where a scan lies now: as written down, or next to the file that names it.
 std::string
 findScan(const JsonFile& file, const std::string& json_path, const std::string& key)
 {
@@ -357,18 +358,6 @@ choosePair(const ViewArguments& arguments, std::size_t count, const std::string&
   return *arguments.pair;
 }
 
-PairRequest
-requestOf(const io::DatasetFolder& dataset, std::size_t pair)
-{
-  const io::ScanPair& scans = dataset.pairs[pair];
-  PairRequest request;
-  request.source = io::scanPath(dataset.path, scans.source);
-  request.target = io::scanPath(dataset.path, scans.target);
-  request.T_target_source = scans.T_target_source;
-  request.sensor_at_origin = dataset.sensor_at_origin;
-  return request;
-}
-
 ViewRun
 runOfDataset(const ViewArguments& arguments)
 {
@@ -378,9 +367,9 @@ runOfDataset(const ViewArguments& arguments)
   const std::string& folder = arguments.inputs[0];
   const io::DatasetFolder dataset = io::readDatasetFolder(folder);
   const std::size_t pair = choosePair(arguments, dataset.pairs.size(), folder);
-  PairRequest request = requestOf(dataset, pair);
-  request.variation.perturbation = arguments.perturbation;
-  request.seed = pairSeed(arguments.seed, dataset.name, dataset.pairs[pair].source, dataset.pairs[pair].target);
+  Variation variation;
+  variation.perturbation = arguments.perturbation;
+  const PairRequest request = *PairList(dataset, dataset, PairsFrom::Listed).request(pair, variation, arguments.seed);
   ViewRun run;
   run.report.method = arguments.method.method;
   run.report.options = arguments.method.options;
@@ -568,18 +557,26 @@ runOfResults(const ViewArguments& arguments)
                        (recorded.empty() ? " is not known" : " was " + recorded + ", which is no longer there"));
     dataset = io::readDatasetFolder(recorded);
   }
-  if (row.pair >= dataset->pairs.size() || dataset->pairs[row.pair].source != row.source ||
-      dataset->pairs[row.pair].target != row.target)
+  io::DatasetFolder targets = *dataset;
+  if (!row.target_dataset.empty()) {
+    const std::string recorded = recordedFolder(folder, row.target_dataset);
+    if (recorded.empty())
+      throw IoError(folder + ": the folder of " + io::inQuotes(row.target_dataset) + " is not known");
+    targets = io::readDatasetFolder(recorded);
+  }
+  const PairList pairs(*dataset, targets, row.variation.pairs_from);
+  if (row.pair >= pairs.size() || pairs[row.pair].source != row.source || pairs[row.pair].target != row.target)
     throw IoError(dataset->path + ": row " + std::to_string(row.pair) + " of pairs.csv is not " + row.source + " and " +
                   row.target + ", as in " + csv);
-  PairRequest request = requestOf(*dataset, row.pair);
-  request.variation = row.variation;
-  request.seed = row.seed;
+  std::optional<PairRequest> request = pairs.request(row.pair, row.variation, 0);
+  if (!request)
+    throw IoError(dataset->path + ": no scan can be merged into " + row.target + ", as in " + csv);
+  request->seed = row.seed;
   ViewRun run;
   run.report.method = row.method;
   run.report.options = benchmarkOptions(folder, row.method, arguments.method.options.threads);
   run.bound = {dataset->success_rotation_deg, dataset->success_translation_m};
-  loadInto(run, request);
+  loadInto(run, *request);
   const Method* method = findMethod(row.method);
   if (!method || method->kind != MethodKind::Ssfr) {
     run.report.run = recordedRun(row);

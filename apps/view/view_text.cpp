@@ -25,12 +25,13 @@ std::string
 describePose(const ViewedPose& pose)
 {
   const Candidate& c = pose.candidate;
-  std::string text = formatted("turned by %.2f deg, moved by %.2f m; matched %.1f %%, contradicted %.2f %%, score %.3f",
-                               Eigen::AngleAxisd(c.T_target_source.linear()).angle() * 180 / M_PI,
-                               c.T_target_source.translation().norm(),
-                               100 * c.overlap,
-                               100 * c.contradiction,
-                               c.score);
+  std::string text =
+      formatted("rotated by %.2f deg, moved by %.2f m; matched %.1f %%, contradicted %.2f %%, score %.3f",
+                Eigen::AngleAxisd(c.T_target_source.linear()).angle() * 180 / M_PI,
+                c.T_target_source.translation().norm(),
+                100 * c.overlap,
+                100 * c.contradiction,
+                c.score);
   if (pose.error && !pose.is_truth)
     text += formatted("; %.2f deg and %.3f m from the truth: %s",
                       pose.error->rotation_deg,

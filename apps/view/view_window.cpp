@@ -52,7 +52,7 @@ constexpr const char* kHelp = "b   before / after\n"
                               "z   from above        x   from the side\n"
                               "i   hide or show these keys\n"
                               "r   whole scene       q   quit\n"
-                              "mouse: turn; wheel: zoom; middle: move";
+                              "mouse: rotate; wheel: zoom; middle: move";
 
 std::uint8_t
 channel(double value)
@@ -416,7 +416,7 @@ canOpenDisplay()
 void
 showWindow(const ViewModel& model, WindowLayer layer, const std::string& screenshot)
 {
-  vtkObject::GlobalWarningDisplayOff(); // errors are ours to tell
+  vtkObject::GlobalWarningDisplayOff(); // this program reports errors itself
   Window window(model, layer);
   if (screenshot.empty()) {
     window.runUntilClosed();

@@ -51,7 +51,7 @@ const darkQuery = window.matchMedia('(prefers-color-scheme: dark)');
 let printing = false;
 const isDark = () => darkQuery.matches && !printing;
 
-// Colours that differ in the dark too, told apart further by dashes and marks.
+// Colours that differ in the dark too, distinguished further by dashes and marks.
 const LIGHT = ['#0b5cad', '#d9600a', '#17834f', '#b02a6b', '#6c4bc1', '#8a6d00', '#0d8a94', '#c0392b', '#5b6675', '#7a3e12'];
 const DARK = ['#62a8f0', '#ff9a4a', '#58c98c', '#f07bb4', '#ab94f5', '#d9bd3a', '#4fc9d3', '#ff8076', '#a9b4c2', '#d09a6a'];
 const DASHES = [[], [7, 4], [2, 3]];
@@ -142,7 +142,7 @@ function describeRun() {
                                   ' runs are done; --resume goes on with the rest.';
   }
   byId('made-by').textContent = 'Written by ssfr_benchmark' + (settings.version ? ' ' + settings.version : '') +
-                                '. All numbers of every run are in results.csv beside this file.';
+                                '. All numbers of every run are in results.csv next to this file.';
 }
 
 function settingsTable() {
@@ -259,7 +259,7 @@ const failuresText = (group) =>
 const summaryColumns = [
   {title: 'method', class: 'name', value: (g) => data.methods[g.method], cell: (g) => [swatch(g.method), data.methods[g.method]]},
   {title: 'success', unit: '95 % interval', class: 'text', value: (g) => rateOf(g.success), cell: (g) => rateCell(g.success)},
-  {title: 'sure and wrong', unit: 'of converged', value: (g) => rateOf(g.wrong), cell: (g) => g.wrong[1] ?
+  {title: 'false positives', unit: 'of accepted', value: (g) => rateOf(g.wrong), cell: (g) => g.wrong[1] ?
       element('span', {class: g.wrong[0] ? 'badge wrong' : ''}, g.wrong[0] + ' of ' + g.wrong[1]) : DASH},
   {title: 'rotation error', unit: 'median \u00b0', value: (g) => g.degrees, cell: (g) => figure(g.degrees)},
   {title: 'translation error', unit: 'median cm', value: (g) => g.metres, cell: (g) => centimetres(g.metres)},
@@ -307,7 +307,7 @@ const SWEPT = [['resolution', 'resolution [m]'], ['noise', 'noise [m]'], ['outli
                ['overlap', 'overlap limit']].filter(([key]) => new Set(data.variations.map((v) => v[key])).size > 1);
 const SWEEP_MEASURES = {
   success: ['success', (g) => rateOf(g.success)],
-  wrong: ['sure and wrong', (g) => rateOf(g.wrong)],
+  wrong: ['false positives', (g) => rateOf(g.wrong)],
   degrees: ['median rotation error [\u00b0]', (g) => g.degrees],
   metres: ['median translation error [m]', (g) => g.metres],
   rmse: ['median RMSE [m]', (g) => g.rmse],
@@ -606,7 +606,7 @@ function verdictOf(r) {
   if (r[R.success]) return r[R.converged] ? 'right' : 'unsure';
   return r[R.converged] ? 'wrong' : 'none';
 }
-const VERDICTS = {right: 'right', unsure: 'right, but unsure', wrong: 'wrong, but sure', none: 'not solved'};
+const VERDICTS = {right: 'right', unsure: 'right, not accepted', wrong: 'false positive', none: 'not solved'};
 const scanName = (r) => data.scans[r[R.source]] + ' \u2192 ' + data.scans[r[R.target]];
 
 function details(r) {
