@@ -461,8 +461,8 @@ TEST(ViewModel, showsTheSameFiguresAsTheResult)
 {
   const apps::ViewModel model = modelOf(0);
   for (const apps::ViewedPose& pose : model.poses()) {
-    const Candidate judged =
-        judgePose(model.source(), model.target(), pose.candidate.T_target_source, model.run().report.options, false);
+    const Candidate judged = apps::scoredPose(
+        model.source(), model.target(), pose.candidate.T_target_source, model.run().report.options, false);
     EXPECT_NEAR(judged.score, pose.candidate.score, 1e-9) << pose.name;
     EXPECT_NEAR(judged.overlap, pose.candidate.overlap, 1e-9) << pose.name;
     const apps::SurfaceFates source = model.fates(pose, true);
@@ -523,23 +523,23 @@ TEST(ViewModel, saysWhereTheTruthIsLost)
 
 TEST(ViewModel, explainsEveryEffortThatWasMade)
 {
-  const auto effortsExplained = [](const std::vector<std::string>& scans) {
+  const auto passesExplained = [](const std::vector<std::string>& scans) {
     std::vector<std::string> arguments = scans;
     arguments.insert(arguments.end(), {"--png", "none", "--threads", "1"});
     apps::ViewRun run = apps::loadRun(apps::parseViewArguments(arguments));
     run.truth = Eigen::Isometry3d::Identity();
     const apps::ViewModel model(std::move(run), 1);
-    std::set<std::string> efforts;
+    std::set<std::string> passes;
     for (const apps::LossStep& step : model.findLoss())
       if (step.stage.rfind("rotation", 0) == 0)
-        efforts.insert(step.stage);
-    return efforts;
+        passes.insert(step.stage);
+    return passes;
   };
   const std::string data = kData;
   // The scans of one place are laid on each other at once, those of two places are looked at twice.
-  EXPECT_EQ(effortsExplained({data + "/hall_1.pcd", data + "/hall_0.pcd"}), std::set<std::string>({"rotation"}));
-  EXPECT_EQ(effortsExplained({data + "/apartment_1.pcd", data + "/hall_0.pcd"}),
-            std::set<std::string>({"rotation, effort 1", "rotation, effort 2"}));
+  EXPECT_EQ(passesExplained({data + "/hall_1.pcd", data + "/hall_0.pcd"}), std::set<std::string>({"rotation"}));
+  EXPECT_EQ(passesExplained({data + "/apartment_1.pcd", data + "/hall_0.pcd"}),
+            std::set<std::string>({"rotation, pass 1", "rotation, pass 2"}));
 }
 
 // ---------------------------------------------------------------------------------------------------------------------

@@ -39,8 +39,11 @@ candidateFields(const Result& result, const Candidate& candidate)
           {"facing_matched", evidence.facing_matched},
           {"facing_score", evidence.facing_score},
           {"unmatched", evidence.unmatched},
-          {"weakest_direction", evidence.weakest_direction},
           {"third_direction", evidence.third_direction},
+          {"patches", evidence.patches},
+          {"facing_patches", evidence.facing_patches},
+          {"probability", candidate.probability},
+          {"probability_of_none", result.probability_of_none},
           {"viewpoints_used", result.source_viewpoint_used && result.target_viewpoint_used ? 1 : 0}};
 }
 

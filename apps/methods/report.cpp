@@ -183,9 +183,11 @@ toJson(const Report& report)
   json["time_s"] = report.run.seconds;
   json["loading_s"] = report.loading_seconds;
   json["peak_rss_mib"] = report.peak_rss_mib;
+  json["probability_of_none"] = report.run.judged ? numberOrNull(result.probability_of_none) : Json(nullptr);
   json["candidates"] = Json::array();
   for (const Candidate& candidate : result.candidates)
     json["candidates"].push_back({{"T_target_source", matrixJson(candidate.T_target_source)},
+                                  {"probability", numberOrNull(candidate.probability)},
                                   {"score", numberOrNull(candidate.score)},
                                   {"overlap", numberOrNull(candidate.overlap)},
                                   {"contradiction", numberOrNull(candidate.contradiction)},

@@ -3,6 +3,9 @@
 
 #include <apps/view/view_model.h>
 
+#include "profiles/hypothesis_source.h"
+#include "profiles/patch_pair.h"
+
 #include <apps/common/format_text.h>
 #include <apps/methods/cloud_view.h>
 
@@ -60,6 +63,24 @@ oneSample(const OrientedSamples& samples, Eigen::Index i)
 
 } // namespace
 
+Candidate
+scoredPose(const PatchScan& source,
+           const PatchScan& target,
+           const Eigen::Isometry3d& T_target_source,
+           const Options& options,
+           bool refine)
+{
+  const PatchPair pair(source, target, options, nullptr, Deadline());
+  ScoredPose pose;
+  pose.T_target_source = pair.toInner(T_target_source);
+  if (refine)
+    pose.T_target_source = pair.refinedFine(pose.T_target_source);
+  pair.scoreFine(pose);
+  Candidate candidate = describe(pose);
+  candidate.T_target_source = pair.toOuter(pose.T_target_source);
+  return candidate;
+}
+
 ViewModel::ViewModel(ViewRun run, std::size_t candidate) : run_(std::move(run))
 {
   const Options& used = run_.report.options;
@@ -74,9 +95,40 @@ ViewModel::ViewModel(ViewRun run, std::size_t candidate) : run_(std::move(run))
   }
   source_ = preparePatchScan(viewOf(run_.source), options_);
   target_ = preparePatchScan(viewOf(run_.target), options_);
-  searches_ = repeatSearch(source_, target_, options_);
+  traceSearch();
   addPoses();
   chosen_ = std::min(candidate > 0 ? candidate - 1 : 0, poses_.size() - 1);
+}
+
+void
+ViewModel::traceSearch()
+{
+  SearchTrace trace;
+  registerPatchScans(source_, target_, options_, nullptr, Deadline(), &trace);
+  const PatchPair pair(source_, target_, options_, nullptr, Deadline());
+  std::vector<StageReport> reports;
+  StageLog log(reports);
+  const HypothesisSource hypotheses(pair, std::nullopt, log, nullptr);
+  normals_ = {hypotheses.sourceNormals(), hypotheses.targetNormals()};
+  if (trace.passes.empty())
+    trace.passes.emplace_back(); // nothing could be searched
+  for (const TracedPass& traced : trace.passes) {
+    const SearchConfig& config = pair.config().search;
+    ViewedPass pass;
+    pass.options = hypotheses.searchOptions(traced.little_overlap ? config.little_overlap : config.much_overlap);
+    pass.target_normals = normals_[1];
+    for (const Eigen::Matrix3d& R : traced.rotations) {
+      pass.rotations.emplace_back();
+      pass.rotations.back().R_target_source = R;
+    }
+    for (const TracedHypothesis& hypothesis : traced.hypotheses) {
+      pass.poses.emplace_back();
+      pass.poses.back().T_target_source = pair.toInner(hypothesis.T_target_source);
+      pass.poses.back().score = hypothesis.votes;
+      pass.refined += hypothesis.refined;
+    }
+    passes_.push_back(std::move(pass));
+  }
 }
 
 bool
@@ -109,7 +161,7 @@ ViewModel::judged(const Eigen::Isometry3d& T_files, const Candidate* known) cons
 {
   ViewedPose pose;
   // The evidence is that of the default profile; what the method itself reported of the pose goes before it.
-  pose.candidate = judgePose(source_, target_, toClouds(T_files), options_, false);
+  pose.candidate = scoredPose(source_, target_, toClouds(T_files), options_, false);
   if (known) {
     pose.candidate.score = known->score;
     pose.candidate.overlap = known->overlap;
@@ -186,7 +238,7 @@ ViewModel::sphere(bool of_source) const
   const DensityOptions density = patchDensityOptions(options_);
   view.directions = makeGaussianSphere(scan.patches.samples);
   view.regions = findDensestRegions(view.directions, computeDensity(view.directions, density), density);
-  view.main_normals = of_source ? searches_.front().source_normals : searches_.front().target_normals;
+  view.main_normals = normals_[of_source ? 0 : 1];
   view.radius = density.radius;
   return view;
 }
@@ -194,8 +246,8 @@ ViewModel::sphere(bool of_source) const
 std::array<AxisView, 3>
 ViewModel::patchAxes(const Eigen::Matrix3d& R) const
 {
-  // Of the efforts, which try different numbers of peaks, the last one that was made is shown.
-  const PatchSearch& search = searches_[effortsMade() - 1];
+  // Of the passes, which try different numbers of peaks, the last one that was made is shown.
+  const ViewedPass& search = passes_[passesMade() - 1];
   const OrientedSamples& source = source_.patches.samples;
   const OrientedSamples& target = target_.patches.samples;
   const Eigen::Matrix3d axes = chooseSearchAxes(source, target, search.target_normals, R, search.options.parallel_cos);
@@ -278,7 +330,7 @@ ViewModel::axes(const ViewedPose& pose, bool with_scores) const
 std::vector<ShiftScore>
 ViewModel::scoresAlong(const Eigen::Isometry3d& T_patches, const Eigen::Vector3d& axis) const
 {
-  const VisibilityOptions visibility = judgementOptions(source_, target_, options_);
+  const VisibilityOptions visibility = PatchPair(source_, target_, options_, nullptr, Deadline()).fineTolerances();
   const double step = kScoreReach / kScoreSteps * std::max({source_.extent.radius, target_.extent.radius, 1e-3});
   std::vector<ShiftScore> scores(2 * kScoreSteps + 1);
   [[maybe_unused]] const auto threads = static_cast<int>(threadCount(options_));
@@ -296,7 +348,7 @@ ViewModel::scoresAlong(const Eigen::Isometry3d& T_patches, const Eigen::Vector3d
 SurfaceFates
 ViewModel::fates(const ViewedPose& pose, bool of_source) const
 {
-  const VisibilityOptions visibility = judgementOptions(source_, target_, options_);
+  const VisibilityOptions visibility = PatchPair(source_, target_, options_, nullptr, Deadline()).fineTolerances();
   const PatchScan& own = of_source ? source_ : target_;
   const PatchScan& other = of_source ? target_ : source_;
   Eigen::Isometry3d T = toPatches(pose.candidate.T_target_source);
@@ -320,11 +372,11 @@ ViewModel::fates(const ViewedPose& pose, bool of_source) const
 // Where the truth was lost
 
 std::size_t
-ViewModel::effortsMade() const
+ViewModel::passesMade() const
 {
   const auto made = std::count_if(
       result().stages.begin(), result().stages.end(), [](const StageReport& s) { return s.name == "translations"; });
-  return std::clamp<std::size_t>(static_cast<std::size_t>(made), 1, searches_.size());
+  return std::clamp<std::size_t>(static_cast<std::size_t>(made), 1, passes_.size());
 }
 
 std::vector<LossStep>
@@ -377,10 +429,10 @@ ViewModel::findPatchLoss() const
   std::vector<LossStep> steps;
   const Eigen::Isometry3d truth = toPatches(*run_.truth);
   const double scale = std::max(source_.scale, target_.scale);
-  const std::size_t efforts = effortsMade();
-  for (std::size_t e = 0; e < efforts; ++e) {
-    const PatchSearch& search = searches_[e];
-    const std::string suffix = efforts > 1 ? ", effort " + std::to_string(e + 1) : "";
+  const std::size_t passes = passesMade();
+  for (std::size_t e = 0; e < passes; ++e) {
+    const ViewedPass& search = passes_[e];
+    const std::string suffix = passes > 1 ? ", pass " + std::to_string(e + 1) : "";
 
     LossStep rotation{"rotation" + suffix, false, "no rotation was proposed"};
     const auto nearest = nearestRotation(search.rotations, truth.linear());
@@ -472,7 +524,7 @@ ViewModel::findPatchLoss() const
   }
   LossStep refinement;
   refinement.stage = "refinement";
-  const Candidate refined = judgePose(source_, target_, toClouds(*run_.truth), options_, true);
+  const Candidate refined = scoredPose(source_, target_, toClouds(*run_.truth), options_, true);
   const PoseError moved = poseError(Eigen::Translation3d(run_.target.offset) * refined.T_target_source *
                                         Eigen::Translation3d(-run_.source.offset),
                                     *run_.truth,

@@ -5,6 +5,8 @@
 
 #include "profiles/paper_profile.h"
 #include "profiles/patch_profile.h"
+#include "search/pose_search.h"
+#include "search/rotation_candidates.h"
 
 #include <apps/view/view_run.h>
 
@@ -78,6 +80,23 @@ struct LossStep {
   bool passed = false;
   std::string finding; ///< one sentence with figures
 };
+
+/// One pass of the search, as the trace of the registration and its own functions show it.
+struct ViewedPass {
+  PoseSearchOptions options;                ///< of searchTranslations()
+  std::vector<MainNormal> target_normals;   ///< main normals, with the vertical where it is given
+  std::vector<RotationCandidate> rotations; ///< that were searched, best supported first
+  std::vector<PoseHypothesis> poses;        ///< between the patches of the scans, most votes first
+  std::size_t refined = 0;                  ///< so many of the poses were refined
+};
+
+/// A pose as the registration scores it, without the polish: between the clouds. \p refine refines it first.
+Candidate
+scoredPose(const PatchScan& source,
+           const PatchScan& target,
+           const Eigen::Isometry3d& T_target_source,
+           const Options& options,
+           bool refine);
 
 /// Everything about a run that its result does not keep, computed again with the method's own functions.
 class ViewModel {
@@ -179,6 +198,8 @@ public:
 
 private:
   void
+  traceSearch();
+  void
   addPoses();
   ViewedPose
   judged(const Eigen::Isometry3d& T_files, const Candidate* known) const;
@@ -192,7 +213,7 @@ private:
   std::vector<ShiftScore>
   scoresAlong(const Eigen::Isometry3d& T_patches, const Eigen::Vector3d& axis) const;
   std::size_t
-  effortsMade() const;
+  passesMade() const;
   std::vector<LossStep>
   findPatchLoss() const;
   std::vector<LossStep>
@@ -206,7 +227,8 @@ private:
   PatchScan target_;
   std::optional<PaperScan> paper_source_;
   std::optional<PaperScan> paper_target_;
-  std::vector<PatchSearch> searches_;
+  std::vector<ViewedPass> passes_;
+  std::array<std::vector<MainNormal>, 2> normals_; ///< of source and target, with the vertical where it is given
   std::vector<ViewedPose> poses_;
   std::size_t chosen_ = 0;
 };

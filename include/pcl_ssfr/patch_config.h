@@ -75,12 +75,12 @@ struct PreparationConfig {
 
 /// One pass of the search for poses: how many of them it looks at.
 struct SearchPass {
-  int peaks_first;       ///< correlation peaks tried along the best observed axis, >= 1
-  int peaks_second;      ///< and along the second, >= 1
-  int refined;           ///< hypotheses refined, at most, >= 1
-  double promising;      ///< share of the best vote count that the first batch of them has, [0, 1]; 0: one batch
-  int distinct;          ///< distinct poses that go on to the fine refinement, >= 1
-  bool little_overlap;   ///< by votes against poses instead of votes for them: scans that share little
+  int peaks_first;     ///< correlation peaks tried along the best observed axis, >= 1
+  int peaks_second;    ///< and along the second, >= 1
+  int refined;         ///< hypotheses refined, at most, >= 1
+  double promising;    ///< share of the best vote count that the first batch of them has, [0, 1]; 0: one batch
+  int distinct;        ///< distinct poses that go on to the fine refinement, >= 1
+  bool little_overlap; ///< by votes against poses instead of votes for them: scans that share little
 };
 
 /// The search for poses (METHOD, "Search").
@@ -88,9 +88,9 @@ struct SearchConfig {
   double pair_angle = 0.07;      ///< [rad] inner angles of matched pairs agree within this; rotations closer are merged
   double direction_error = 0.12; ///< [rad] a main normal is this exact at worst: a merged rotation matches within it
   int rotations = 24;            ///< best supported rotations that are searched: as many as a Manhattan room has
-  int sweep_steps = 80;          ///< rotations about an axis, 4.5 degrees apart: half of it is in reach of the refinement
-  double bin_width = 0.1;        ///< [m] of the histograms along an axis
-  double step = 0.25;            ///< [m] of the exhaustive search along the third axis: half a coarse reach
+  int sweep_steps = 80;   ///< rotations about an axis, 4.5 degrees apart: half of it is in reach of the refinement
+  double bin_width = 0.1; ///< [m] of the histograms along an axis
+  double step = 0.25;     ///< [m] of the exhaustive search along the third axis: half a coarse reach
   /// Of 271 real pairs all solved ones had a pose near the truth with 0.65 of the most votes, of 375 simulated ones 373
   /// with 0.4.
   SearchPass much_overlap = {5, 8, 80, 0.4, 8, false};
@@ -99,19 +99,19 @@ struct SearchConfig {
 
 /// Refinement and polish of poses, and which of them are the same (METHOD, "Refinement").
 struct RefinementConfig {
-  double coarse_reach = 0.5;  ///< [m] plane distance of a match at the start of the coarse refinement: two steps
-  double coarse_final = 0.15; ///< [m] and at its end
-  int coarse_steps = 6;       ///< of the coarse refinement
-  double fine_reach = 0.2;    ///< [m] of the fine refinement: above what the coarse one leaves
-  double fine_final = 0.05;   ///< [m]
-  int fine_steps = 15;        ///< of the fine refinement, at most
-  double fine_step = 0.0005;  ///< [m], [rad] it stops at smaller steps: the polish does the rest
-  double polish_reach = 0.3;  ///< [m] of the polish
-  double polish_final = 0.1;  ///< [m]: streets are better with 0.2, rooms with less (FINDINGS)
-  double kept_score = 0.9;    ///< share of the score that a refinement, which makes a pose more exact, may cost
-  double distinct_distance = 0.3; ///< [m] poses nearer than this at the source's sensor ...
-  double distinct_angle = 0.05;   ///< [rad] ... and than this are one
-  int polished = 4;               ///< leaders that are polished, at most
+  double coarse_reach = 0.5;         ///< [m] plane distance of a match at the start of the coarse refinement: two steps
+  double coarse_final = 0.15;        ///< [m] and at its end
+  int coarse_steps = 6;              ///< of the coarse refinement
+  double fine_reach = 0.2;           ///< [m] of the fine refinement: above what the coarse one leaves
+  double fine_final = 0.05;          ///< [m]
+  int fine_steps = 15;               ///< of the fine refinement, at most
+  double fine_step = 0.0005;         ///< [m], [rad] it stops at smaller steps: the polish does the rest
+  double polish_reach = 0.3;         ///< [m] of the polish
+  double polish_final = 0.1;         ///< [m]: streets are better with 0.2, rooms with less (FINDINGS)
+  double kept_score = 0.9;           ///< share of the score that a refinement, which makes a pose more exact, may cost
+  double distinct_distance = 0.3;    ///< [m] poses nearer than this at the source's sensor ...
+  double distinct_angle = 0.05;      ///< [rad] ... and than this are one
+  int polished = 4;                  ///< leaders that are polished, at most
   double explored_deviation = 0.005; ///< [m] standard deviation of the matched surface along a motion from which on the
                                      ///< neighbourhood along it is searched for another optimum
   int explored_motions = 4;          ///< least known motions that are explored, at most
@@ -121,22 +121,22 @@ struct RefinementConfig {
 
 /// What is a match and what contradicts a pose (METHOD, "Evidence").
 struct EvidenceConfig {
-  double vote_match = 0.3;    ///< [m] plane distance of a vote in the search for translations
-  double loose_match = 0.2;   ///< [m] of a match after the coarse refinement
-  double match = 0.1;         ///< [m] and after the fine one
-  double lateral = 0.3;       ///< [m] beyond the edge of a patch
-  double free_margin = 0.3;   ///< [m] in front of the nearest return: free space
-  double loose_normals = 0.5; ///< [rad] angle of the normals of a match in the search
-  double normals = 0.35;      ///< [rad] and after the fine refinement
+  double vote_match = 0.3;          ///< [m] plane distance of a vote in the search for translations
+  double loose_match = 0.2;         ///< [m] of a match after the coarse refinement
+  double match = 0.1;               ///< [m] and after the fine one
+  double lateral = 0.3;             ///< [m] beyond the edge of a patch
+  double free_margin = 0.3;         ///< [m] in front of the nearest return: free space
+  double loose_normals = 0.5;       ///< [rad] angle of the normals of a match in the search
+  double normals = 0.35;            ///< [rad] and after the fine refinement
   double contradiction_weight = 14; ///< of the score: contradictions are rare and precious (METHOD point 14b)
 };
 
 /** \brief The posterior over the poses of a pair and "none of them" (METHOD, "Posterior").
  *
- * Log odds that the truth is among them: known + clear log(c) + third log(t) + matches log(n), where, of the best pose, c
- * is the share of the matches that contradictions leave, t the matched surface that faces the least represented
- * direction and n the weighted number of matches; c and n of the patches that face their sensor. Among them pose k has the
- * log weight significance S_k sqrt(N) + lead log(S_k), S_k its score and N the weighted number of patches.
+ * Log odds that the truth is among them: known + clear log(c) + third log(t) + matches log(n), where, of the best pose,
+ * c is the share of the matches that contradictions leave, t the matched surface that faces the least represented
+ * direction and n the weighted number of matches; c and n of the patches that face their sensor. Among them pose k has
+ * the log weight significance S_k sqrt(N) + lead log(S_k), S_k its score and N the weighted number of patches.
  */
 struct PosteriorConfig {
   double known;        ///< constant, fitted
@@ -153,15 +153,15 @@ struct JudgementConfig {
   PosteriorConfig posterior = {1.09, 5.73, 1.49, 1.58, 0.86, 4.65};
   /// The same where a viewpoint is not known: nothing can contradict.
   PosteriorConfig posterior_blind = {0.40, 0, 1.08, 0.99, 0.38, 1.93};
-  double rival = 0.05;          ///< odds beside the best pose from which on another one is polished too
-  double decided = 0.9;         ///< probability that the truth is among the poses from which on none is looked for
-  double hopeless = 1e-3;       ///< odds against the best pose below which one is not refined or polished any further
-  double sensor_on_sensor = 0.05; ///< prior odds of a sensor that has not moved (within 0.1 m): the patterns of the rays
-                                  ///< coincide there, which looks like evidence
-  double guess_trust = 30;      ///< prior odds of a pose at the guess over one far from it
-  double guess_deviation = 1;   ///< [m] of a guess without a tolerance, rotations at the radius of the scan
-  double unfinished = 0.5;      ///< confidence of the best pose of a search that was cut short, at most
-  double undetermined = 0.3;    ///< confidence of a pose with a direction that the scene does not determine, at most
+  double rival = 0.05;            ///< odds beside the best pose from which on another one is polished too
+  double decided = 0.9;           ///< probability that the truth is among the poses from which on none is looked for
+  double hopeless = 1e-3;         ///< odds against the best pose below which one is not refined or polished any further
+  double sensor_on_sensor = 0.05; ///< prior odds of a sensor that has not moved (within 0.1 m): the patterns of the
+                                  ///< rays coincide there, which looks like evidence
+  double guess_trust = 30;    ///< prior odds of a pose at the guess over one far from it
+  double guess_deviation = 1; ///< [m] of a guess without a tolerance, rotations at the radius of the scan
+  double unfinished = 0.5;    ///< confidence of the best pose of a search that was cut short, at most
+  double undetermined = 0.3;  ///< confidence of a pose with a direction that the scene does not determine, at most
   double telling_contradiction = 0.1; ///< share of the visible surface from which on it is named as the reason
 };
 

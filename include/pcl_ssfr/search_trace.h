@@ -19,8 +19,8 @@ struct TracedHypothesis {
 
 /// One pass of the search.
 struct TracedPass {
-  bool little_overlap = false;            ///< by votes against poses: the pass for scans that share little
-  std::vector<Eigen::Matrix3d> rotations; ///< R_target_source that were searched, best supported first
+  bool little_overlap = false;              ///< by votes against poses: the pass for scans that share little
+  std::vector<Eigen::Matrix3d> rotations;   ///< R_target_source that were searched, best supported first
   std::vector<TracedHypothesis> hypotheses; ///< most votes first
 };
 

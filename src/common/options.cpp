@@ -261,8 +261,7 @@ isEqual(const PreparationConfig& a, const PreparationConfig& b)
                       b.max_noise,
                       b.thin_share) &&
          std::tie(noise_factor, max_main_normals, density_radius, silence_chord, min_relative_density) ==
-             std::tie(
-                 b.noise_factor, b.max_main_normals, b.density_radius, b.silence_chord, b.min_relative_density) &&
+             std::tie(b.noise_factor, b.max_main_normals, b.density_radius, b.silence_chord, b.min_relative_density) &&
          std::tie(max_density_queries, index_voxel, range_cell, coarse_patches) ==
              std::tie(b.max_density_queries, b.index_voxel, b.range_cell, b.coarse_patches) &&
          std::tie(polish_points, polish_group, max_polish_points) ==
@@ -366,9 +365,9 @@ bool
 haveSamePreparation(const Options& a, const Options& b)
 {
   return isEqual(a, b) &&
-         (a.profile == Profile::Paper2017 ? isSamePreparation(a.paper, b.paper)
-                                          : isEqual(a.patches, b.patches) &&
-                                                isEqual(a.patch_profile.preparation, b.patch_profile.preparation));
+         (a.profile == Profile::Paper2017
+              ? isSamePreparation(a.paper, b.paper)
+              : isEqual(a.patches, b.patches) && isEqual(a.patch_profile.preparation, b.patch_profile.preparation));
 }
 
 void

@@ -17,8 +17,9 @@ namespace pcl_ssfr {
 namespace {
 
 constexpr std::size_t kSweepAxes = 2;
-constexpr double kSameDirection = 0.12; // [rad] a main normal this near to the vertical is it: SearchConfig::direction_error
-constexpr double kMaxSlope = 0.3;   // sine of the angle by which surface that faces across an axis may face along it
+constexpr double kSameDirection =
+    0.12;                         // [rad] a main normal this near to the vertical is it: SearchConfig::direction_error
+constexpr double kMaxSlope = 0.3; // sine of the angle by which surface that faces across an axis may face along it
 constexpr double kRoundShare = 0.3; // of the surface that faces across an axis for the scene to be round about it ...
 constexpr double kRoundFullShare = 0.6; // ... and of that, so much at most in the fullest third of all directions
 

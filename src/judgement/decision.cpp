@@ -3,7 +3,6 @@
 
 #include "judgement/decision.h"
 
-
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -72,8 +71,7 @@ unobservableText(const Decision& decision, const PoseUncertainty& uncertainty)
   const double deviation = uncertainty.largestRotationDeviation();
   if (!open.rotation || std::isinf(deviation))
     return "the scene does not determine the " + direction;
-  return "the " + direction +
-         formatted(" is poorly constrained (sigma = %.2f deg)", deviation * kDegrees);
+  return "the " + direction + formatted(" is poorly constrained (sigma = %.2f deg)", deviation * kDegrees);
 }
 
 /// Where the most probable rival lies, for people; empty: there is none.
@@ -153,8 +151,8 @@ decide(const std::vector<ScoredPose>& poses, const DecisionContext& context)
   // Nothing but the things on the plane could have determined it.
   if (!context.few_directions.empty() && decision.status != Status::Converged) {
     decision.status = Status::TooFewDirections;
-    decision.message = context.few_directions + ", and what is no plane does not determine its rotation: " +
-                       decision.message;
+    decision.message =
+        context.few_directions + ", and what is no plane does not determine its rotation: " + decision.message;
   }
   // Its rivals were not all looked for, nor was it refined to the end.
   if (context.is_cut_short) {

@@ -19,13 +19,13 @@ namespace pcl_ssfr {
 
 /// What the decision goes by, beside the poses.
 struct DecisionContext {
-  Posterior posterior;               ///< of the poses
-  PoseUncertainty uncertainty;       ///< of the first pose; empty: it was not polished
-  JudgementConfig config;            ///< its numbers
-  double min_confidence = 0.7;       ///< Options::min_confidence
+  Posterior posterior;                                        ///< of the poses
+  PoseUncertainty uncertainty;                                ///< of the first pose; empty: it was not polished
+  JudgementConfig config;                                     ///< its numbers
+  double min_confidence = 0.7;                                ///< Options::min_confidence
   Eigen::Vector3d source_viewpoint = Eigen::Vector3d::Zero(); ///< inner frame [m]: poses are compared there
-  std::string few_directions;        ///< which scan has planes in fewer than two directions; empty: neither
-  bool is_cut_short = false;         ///< the search was not complete when the time ran out
+  std::string few_directions; ///< which scan has planes in fewer than two directions; empty: neither
+  bool is_cut_short = false;  ///< the search was not complete when the time ran out
 };
 
 /// What users are told about the best pose.

@@ -15,7 +15,7 @@ namespace {
 constexpr double kRefinedMargin = 0.01;  // [rad] of refined poses beyond a tolerance: noise of the scans and the prior
 constexpr double kLeastDeviation = 1e-4; // [rad] of a prior
 constexpr double kToleranceDeviations = 3; // standard deviations of a given vertical that its tolerance stands for
-constexpr double kSigmaInflation = 5;            // times the deviation that matches claim, they err where they tell little
+constexpr double kSigmaInflation = 5;      // times the deviation that matches claim, they err where they tell little
 
 /// Angle between two directions of any length [rad].
 double
@@ -65,7 +65,8 @@ bool
 PosePriors::allow(const Eigen::Matrix3d& R_target_source, Exactness exactness) const
 {
   return keepVertical(R_target_source, exactness) &&
-         (!guess_ || angleBetween(guess_->linear(), R_target_source) <= tolerance_.rotation + (exactness == Exactness::Proposed ? direction_error_ : kRefinedMargin));
+         (!guess_ || angleBetween(guess_->linear(), R_target_source) <=
+                         tolerance_.rotation + (exactness == Exactness::Proposed ? direction_error_ : kRefinedMargin));
 }
 
 bool
@@ -105,8 +106,8 @@ PosePriors::logPrior(const Eigen::Isometry3d& T_target_source) const
     log_prior -= 0.5 * (std::pow(rotationBetween(T_target_source, *guess_) / tolerance_.rotation, 2) +
                         std::pow(translationBetween(T_target_source, *guess_, place_) / tolerance_.translation, 2));
   if (hint_) {
-    const double distance = translationBetween(T_target_source, *hint_, place_) +
-                            radius_ * rotationBetween(T_target_source, *hint_);
+    const double distance =
+        translationBetween(T_target_source, *hint_, place_) + radius_ * rotationBetween(T_target_source, *hint_);
     log_prior += std::log1p(guess_trust_ / (1 + std::pow(distance / guess_deviation_, 2)));
   }
   return log_prior;

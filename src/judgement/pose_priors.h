@@ -62,13 +62,14 @@ public:
 
   /** \brief Logarithm of the prior probability of a pose, up to a constant of the pair.
    *
-   * A vertical and a guess of known tolerance are Gaussian: minus half a squared Mahalanobis distance. A guess without a
-   * tolerance may be wrong: its weight over poses far from it is bounded (JudgementConfig::guess_trust).
+   * A vertical and a guess of known tolerance are Gaussian: minus half a squared Mahalanobis distance. A guess without
+   * a tolerance may be wrong: its weight over poses far from it is bounded (JudgementConfig::guess_trust).
    */
   double
   logPrior(const Eigen::Isometry3d& T_target_source) const;
 
-  /// Where the guess leaves the translation under a rotation, widened by \p margin [m]; none where no guess bounds the pose.
+  /// Where the guess leaves the translation under a rotation, widened by \p margin [m]; none where no guess bounds the
+  /// pose.
   std::optional<ShiftWindow>
   translationWindow(const Eigen::Matrix3d& R_target_source, double margin) const;
 
@@ -86,7 +87,7 @@ private:
   tiltDeviation() const;
 
   std::optional<GravityPrior> gravity_;
-  GuessTolerance tolerance_; ///< read where there is a guess
+  GuessTolerance tolerance_;               ///< read where there is a guess
   std::optional<Eigen::Isometry3d> guess_; ///< that bounds the pose
   std::optional<Eigen::Isometry3d> hint_;  ///< of no known tolerance
   double guess_trust_, guess_deviation_;   ///< of the hint

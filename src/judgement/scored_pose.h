@@ -27,8 +27,8 @@ struct ScoredPose {
   std::optional<Refinement> polish; ///< last step of the polish, at this pose; none: it was not polished
 };
 
-/// Fill in \p evidence and the scores that follow from it: matches less \p contradiction_weight times contradictions, as
-/// shares of all patches.
+/// Fill in \p evidence and the scores that follow from it: matches less \p contradiction_weight times contradictions,
+/// as shares of all patches.
 void
 rate(ScoredPose& pose, const SurfaceEvidence& evidence, double contradiction_weight);
 

@@ -51,8 +51,7 @@ HypothesisSource::next()
     const double least = hypotheses_.empty() ? 0 : config.much_overlap.promising * hypotheses_.front().score;
     const auto promising = std::find_if(
         hypotheses_.begin(), hypotheses_.end(), [&](const PoseHypothesis& h) { return least > 0 && h.score < least; });
-    HypothesisBatch batch =
-        takeBatch(static_cast<std::size_t>(promising - hypotheses_.begin()), config.much_overlap);
+    HypothesisBatch batch = takeBatch(static_cast<std::size_t>(promising - hypotheses_.begin()), config.much_overlap);
     if (guess_)
       batch.poses.push_back(*guess_);
     batch.has_guess = guess_.has_value();
@@ -101,10 +100,9 @@ HypothesisSource::proposeRotations() const
   const std::size_t all = rotations.size();
   rotations.resize(std::min(all, static_cast<std::size_t>(config.rotations)));
   const bool few = !few_directions_.empty();
-  for (const RotationCandidate& r :
-       sweepRotations(sweepAxes(source_normals_, pair_.source().patches.samples, few),
-                      sweepAxes(target_normals_, pair_.target().patches.samples, few),
-                      config.sweep_steps))
+  for (const RotationCandidate& r : sweepRotations(sweepAxes(source_normals_, pair_.source().patches.samples, few),
+                                                   sweepAxes(target_normals_, pair_.target().patches.samples, few),
+                                                   config.sweep_steps))
     if (!is_excluded(r))
       rotations.push_back(r);
   if (priors.guess()) {

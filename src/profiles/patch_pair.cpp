@@ -71,10 +71,11 @@ PatchPair::PatchPair(const PatchScan& source,
                      const Deadline& deadline)
     : source_(source), target_(target), options_(options), deadline_(deadline),
       scale_(std::max(source.scale, target.scale)),
-      config_(scaled(options.patch_profile,
-                     scale_,
-                     std::max(source.thickness, target.thickness) / (options.patch_profile.preparation.thickness * scale_),
-                     options.overlap_radius)),
+      config_(
+          scaled(options.patch_profile,
+                 scale_,
+                 std::max(source.thickness, target.thickness) / (options.patch_profile.preparation.thickness * scale_),
+                 options.overlap_radius)),
       either_side_(!(source.patches.samples.oriented && target.patches.samples.oriented &&
                      source.viewpoint_used == target.viewpoint_used)),
       threads_(static_cast<int>(threadCount(options))),
@@ -130,8 +131,7 @@ Eigen::Isometry3d
 PatchPair::refinedFine(const Eigen::Isometry3d& T_target_source) const
 {
   const RefinementConfig& c = config_.refinement;
-  RefinementOptions options =
-      refinement(c.fine_reach, c.fine_final, config_.judgement.evidence.normals, c.fine_steps);
+  RefinementOptions options = refinement(c.fine_reach, c.fine_final, config_.judgement.evidence.normals, c.fine_steps);
   options.min_step = c.fine_step;
   return refinePatches(source_.patches, target_.index, T_target_source, options).T_target_source;
 }
@@ -226,8 +226,7 @@ PatchPair::score(ScoredPose& pose, const VisibilityOptions& options) const
       collectEvidence(target_.patches.samples, source_.index, freeSpace(source_), T.inverse(), options);
   back.matched_normals = (T.linear() * back.matched_normals * T.linear().transpose()).eval();
   rate(pose, both += back, config_.judgement.evidence.contradiction_weight);
-  pose.log_prior =
-      priors_.logPrior(T) + (laysSensorOnSensor(T) ? std::log(config_.judgement.sensor_on_sensor) : 0.0);
+  pose.log_prior = priors_.logPrior(T) + (laysSensorOnSensor(T) ? std::log(config_.judgement.sensor_on_sensor) : 0.0);
 }
 
 RefinementOptions

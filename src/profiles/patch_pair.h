@@ -3,8 +3,8 @@
 
 #pragma once
 
-#include "judgement/scored_pose.h"
 #include "judgement/pose_priors.h"
+#include "judgement/scored_pose.h"
 #include "judgement/visibility_score.h"
 #include "profiles/patch_profile.h"
 #include "refinement/refinement.h"

@@ -57,8 +57,8 @@ findProblem(const PatchPair& pair, const HypothesisSource& source)
     const std::string name = scan == &pair.source() ? "the source scan" : "the target scan";
     if (scan->extent.finite_points < kMinPoints)
       return std::make_pair(Status::TooFewPoints,
-                            name + " has " + std::to_string(scan->extent.finite_points) +
-                                " finite points, at least " + std::to_string(kMinPoints) + " are needed");
+                            name + " has " + std::to_string(scan->extent.finite_points) + " finite points, at least " +
+                                std::to_string(kMinPoints) + " are needed");
     const auto& normals = scan == &pair.source() ? source.sourceNormals() : source.targetNormals();
     if (normals.empty() && !pair.priors().guess())
       return std::make_pair(Status::TooFewDirections, name + " has no planes: its rotation cannot be observed");
@@ -72,9 +72,9 @@ nothingFound(const PatchPair& pair, const HypothesisSource& source)
   if (source.rotations().empty())
     return "no rotation lays the main normals of the scans on each other";
   return std::string("no ") +
-         (pair.priors().guess()      ? "pose within the tolerance of the guess"
-          : pair.options().gravity   ? "pose that keeps the given vertical"
-                                     : "translation") +
+         (pair.priors().guess()    ? "pose within the tolerance of the guess"
+          : pair.options().gravity ? "pose that keeps the given vertical"
+                                   : "translation") +
          " lays surfaces of the scans on each other";
 }
 
@@ -150,10 +150,9 @@ registerPatchScans(const PatchScan& source,
       break;
   }
   if (poses.empty())
-    return pair.outOfTime() ? refused(std::move(result),
-                                      Status::TimeLimit,
-                                      "the time limit ran out before a pose could be judged")
-                            : refused(std::move(result), Status::NoCandidate, nothingFound(pair, hypotheses));
+    return pair.outOfTime()
+               ? refused(std::move(result), Status::TimeLimit, "the time limit ran out before a pose could be judged")
+               : refused(std::move(result), Status::NoCandidate, nothingFound(pair, hypotheses));
   if (!poses.front().polish)
     poses = polishLeaders(pair, std::move(poses), stages);
   return conclude(std::move(result), pair, hypotheses, poses);

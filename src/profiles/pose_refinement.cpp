@@ -87,8 +87,7 @@ neighboursOf(const PatchPair& pair, const ScoredPose& best)
   const RefinementConfig& config = pair.config().refinement;
   const PoseUncertainty uncertainty = uncertaintyOf(pair, best);
   std::vector<ScoredPose> neighbours;
-  for (std::size_t k = 0;
-       k < std::min(static_cast<std::size_t>(config.explored_motions), uncertainty.motions.size());
+  for (std::size_t k = 0; k < std::min(static_cast<std::size_t>(config.explored_motions), uncertainty.motions.size());
        ++k) {
     if (!(uncertainty.motions[k].deviation > config.explored_deviation))
       continue;

@@ -26,10 +26,9 @@ refineAndMerge(const PatchPair& pair,
                const std::vector<ScoredPose>& known,
                StageLog& stages);
 
-/** \brief Polish the most probable pose and the rivals that come near it, so that their order does not depend on how far
- * the coarser refinements got, and look for a better optimum in the neighbourhood of the best.
- * \param[in] poses distinct, most probable first, at least one
- * \return the same, distinct, the first one polished
+/** \brief Polish the most probable pose and the rivals that come near it, so that their order does not depend on how
+ * far the coarser refinements got, and look for a better optimum in the neighbourhood of the best. \param[in] poses
+ * distinct, most probable first, at least one \return the same, distinct, the first one polished
  */
 std::vector<ScoredPose>
 polishLeaders(const PatchPair& pair, std::vector<ScoredPose> poses, StageLog& stages);
