@@ -158,10 +158,10 @@ struct JudgementConfig {
   double hopeless = 1e-3;         ///< odds against the best pose below which one is not refined or polished any further
   double sensor_on_sensor = 0.05; ///< prior odds of a sensor that has not moved (within 0.1 m): the patterns of the
                                   ///< rays coincide there, which looks like evidence
-  double guess_trust = 30;    ///< prior odds of a pose at the guess over one far from it
-  double guess_deviation = 1; ///< [m] of a guess without a tolerance, rotations at the radius of the scan
-  double unfinished = 0.5;    ///< confidence of the best pose of a search that was cut short, at most
-  double undetermined = 0.3;  ///< confidence of a pose with a direction that the scene does not determine, at most
+  double guess_trust = 30;        ///< prior odds of a pose at the guess over one far from it
+  double guess_deviation = 1;     ///< [m] of a guess without a tolerance, rotations at the radius of the scan
+  double unfinished = 0.5;        ///< confidence of the best pose of a search that was cut short, at most
+  double undetermined = 0.3;      ///< confidence of a pose with a direction that the scene does not determine, at most
   double telling_contradiction = 0.1; ///< share of the visible surface from which on it is named as the reason
 };
 
