@@ -263,9 +263,10 @@ findViewpoint(const Eigen::Matrix3Xf& points,
     sortByScore(best);
     step = moves ? level.step : grid.step;
   }
-  const Eigen::Vector3f place = best.front().position;
-  const bool is_plausible = isPlausibleViewpoint(points, place, config, deadline);
-  return is_plausible && !deadline.hasPassed() ? std::optional<Eigen::Vector3f>(place) : std::nullopt;
+  const Place& place = best.front();
+  // Where more is hidden than seen even from the best place, scans were merged.
+  const bool is_plausible = place.score > 0 && isPlausibleViewpoint(points, place.position, config, deadline);
+  return is_plausible && !deadline.hasPassed() ? std::optional<Eigen::Vector3f>(place.position) : std::nullopt;
 }
 
 } // namespace pcl_ssfr
