@@ -68,6 +68,7 @@ validate(const ViewpointSearchConfig& config)
   requirePositive("viewpoint.depth_margin", config.depth_margin);
   requirePositive("viewpoint.two_depth_weight", config.two_depth_weight);
   requireShare("viewpoint.min_contrast", config.min_contrast);
+  requireShare("viewpoint.max_two_depths", config.max_two_depths);
   requirePositive("viewpoint.contrast_distance", config.contrast_distance);
 }
 
