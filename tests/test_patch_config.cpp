@@ -78,6 +78,7 @@ allFields()
                                field("viewpoint.depth_margin", &Search::depth_margin),
                                field("viewpoint.two_depth_weight", &Search::two_depth_weight),
                                field("viewpoint.min_contrast", &Search::min_contrast),
+                               field("viewpoint.max_two_depths", &Search::max_two_depths),
                                field("viewpoint.contrast_distance", &Search::contrast_distance)};
   for (std::size_t k = 0; k < Search().levels.size(); ++k) {
     const std::string name = "viewpoint.levels[" + std::to_string(k) + "].";

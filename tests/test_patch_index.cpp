@@ -312,7 +312,7 @@ TEST(PatchIndex, FindsWhatIsWithinReach)
           const Eigen::Vector3f p = (patches.samples.points.col(near) +
                                      random.uniform(-1, 1) * patches.samples.extents[near] * patches.majors.col(near))
                                         .cast<float>() +
-                                    randomPlace(random, wanted);
+                                    randomPlace(random, std::min(wanted, 0.2 * voxel));
           const Eigen::Vector3f n = (patches.samples.normals.col(near).cast<float>() * (random.index(2) ? 1.f : -1.f) +
                                      randomPlace(random, 0.2))
                                         .normalized();

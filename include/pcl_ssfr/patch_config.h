@@ -36,6 +36,9 @@ struct ViewpointSearchConfig {
   /// A place is accepted when it is rated this much higher than the mean of six places around it, as a share of the
   /// points: all sensors of single scans but 5 of 131 are, and none 50 m off.
   double min_contrast = 0.03;
+  /// Bound on the share of directions with two depths, of those that see something from a place that was found. Car
+  /// parks: single scans 0.053 and less, merged ones 0.065 and more.
+  double max_two_depths = 0.06;
   double contrast_distance = 5; ///< of these places from it [m]: at 3 wide streets have no contrast, at 8 no sensor has
 };
 

@@ -218,15 +218,22 @@ isEqual(const PatchOptions& a, const PatchOptions& b)
 bool
 isEqual(const ViewpointSearchConfig& a, const ViewpointSearchConfig& b)
 {
-  const auto& [levels, reach, depth_ratio, depth_margin, two_depth_weight, min_contrast, contrast_distance] = a;
+  const auto& [levels,
+               reach,
+               depth_ratio,
+               depth_margin,
+               two_depth_weight,
+               min_contrast,
+               max_two_depths,
+               contrast_distance] = a;
   const auto is_same_level = [](const ViewpointSearchConfig::Level& x, const ViewpointSearchConfig::Level& y) {
     const auto& [places, points, step] = x;
     return std::tie(places, points, step) == std::tie(y.places, y.points, y.step);
   };
   return std::equal(levels.begin(), levels.end(), b.levels.begin(), is_same_level) &&
          std::tie(reach, depth_ratio, depth_margin) == std::tie(b.reach, b.depth_ratio, b.depth_margin) &&
-         std::tie(two_depth_weight, min_contrast, contrast_distance) ==
-             std::tie(b.two_depth_weight, b.min_contrast, b.contrast_distance);
+         std::tie(two_depth_weight, min_contrast, max_two_depths, contrast_distance) ==
+             std::tie(b.two_depth_weight, b.min_contrast, b.max_two_depths, b.contrast_distance);
 }
 
 bool

@@ -68,6 +68,7 @@ validate(const ViewpointSearchConfig& config)
   requirePositive("preparation.viewpoint.depth_margin", config.depth_margin);
   requirePositive("preparation.viewpoint.two_depth_weight", config.two_depth_weight);
   requireShare("preparation.viewpoint.min_contrast", config.min_contrast);
+  requireShare("preparation.viewpoint.max_two_depths", config.max_two_depths);
   requirePositive("preparation.viewpoint.contrast_distance", config.contrast_distance);
 }
 

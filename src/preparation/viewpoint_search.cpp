@@ -39,8 +39,14 @@ gridFor(Eigen::Index points)
   return DirectionGrid(std::min(1.0, std::sqrt(kSphere / static_cast<double>(points))));
 }
 
-PCL_SSFR_VECTOR_CLONES double
-rate(const std::vector<DepthSpan>& spans, double ratio, double margin, double two_depth_weight)
+/// In how many directions something is seen.
+struct DirectionCounts {
+  int occupied = 0;   ///< something is seen
+  int two_depths = 0; ///< the farthest is beyond a ratio of the nearest and a margin
+};
+
+PCL_SSFR_VECTOR_CLONES DirectionCounts
+countDirections(const std::vector<DepthSpan>& spans, double ratio, double margin)
 {
   const DepthSpan* const first = spans.data();
   const std::size_t n = spans.size();
@@ -51,7 +57,7 @@ rate(const std::vector<DepthSpan>& spans, double ratio, double margin, double tw
     two_depths += static_cast<int>(static_cast<double>(first[i].farthest) >
                                    ratio * static_cast<double>(first[i].nearest) + margin);
   }
-  return occupied - two_depth_weight * two_depths;
+  return {occupied, two_depths};
 }
 
 /// The objective of the search: how well some points may have been seen from a place.
@@ -65,11 +71,15 @@ public:
   double
   operator()(const Eigen::Vector3f& place) const
   {
-    return rate(depthSpans(points_, place, grid_, deadline_),
-                config_.depth_ratio,
-                config_.depth_margin,
-                config_.two_depth_weight) /
-           static_cast<double>(points_.cols());
+    const DirectionCounts counts = count(place);
+    return (counts.occupied - config_.two_depth_weight * counts.two_depths) / static_cast<double>(points_.cols());
+  }
+  /// Whether few of the directions in which something is seen from \p place hold two depths.
+  bool
+  isClear(const Eigen::Vector3f& place) const
+  {
+    const DirectionCounts counts = count(place);
+    return counts.two_depths <= config_.max_two_depths * counts.occupied;
   }
   /// Whether \p place is rated markedly higher than the places around it.
   bool
@@ -85,6 +95,12 @@ public:
   }
 
 private:
+  DirectionCounts
+  count(const Eigen::Vector3f& place) const
+  {
+    return countDirections(depthSpans(points_, place, grid_, deadline_), config_.depth_ratio, config_.depth_margin);
+  }
+
   Eigen::Matrix3Xf points_;
   DirectionGrid grid_;
   const ViewpointSearchConfig& config_;
@@ -264,8 +280,10 @@ findViewpoint(const Eigen::Matrix3Xf& points,
     step = moves ? level.step : grid.step;
   }
   const Eigen::Vector3f place = best.front().position;
-  const bool is_plausible = isPlausibleViewpoint(points, place, config, deadline);
-  return is_plausible && !deadline.hasPassed() ? std::optional<Eigen::Vector3f>(place) : std::nullopt;
+  const Rating rating(points, config.levels.back().points, config, deadline);
+  // Where much is seen at two depths even from the best place, scans were merged.
+  const bool is_found = rating.isClear(place) && rating.accepts(place);
+  return is_found && !deadline.hasPassed() ? std::optional<Eigen::Vector3f>(place) : std::nullopt;
 }
 
 } // namespace pcl_ssfr
