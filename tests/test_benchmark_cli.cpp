@@ -309,7 +309,8 @@ TEST_F(BenchmarkProgram, candidatesAndMovedOrigins)
   ASSERT_EQ(summary["methods"].size(), 4U);
   std::set<std::pair<double, int>> variations;
   for (const auto& entry : summary["methods"])
-    variations.emplace(entry["variation"]["origin_offset_m"], entry["variation"]["degrade_every"]);
+    variations.emplace(entry["variation"]["origin_offset_m"].get<double>(),
+                       entry["variation"]["degrade_every"].get<int>());
   EXPECT_EQ(variations, (std::set<std::pair<double, int>>{{30., 1}, {0., 3}}));
 }
 
