@@ -365,7 +365,8 @@ TEST_F(Plan, datasetsOfOneNameGoByTheirFolders)
 {
   BenchmarkArguments wanted = arguments();
   const testing::TemporaryFolder other;
-  for (const testing::TemporaryFolder* folder : {&folder_, &other}) {
+  for (const testing::TemporaryFolder* folder :
+       std::initializer_list<const testing::TemporaryFolder*>{&folder_, &other}) {
     io::writeFile(folder->file("a.xyz"), "1 2 3\n");
     io::writeFile(folder->file("pairs.csv"), std::string(kHeader) + "a.xyz,a.xyz,x,1,0,0,1.5,0,1,0,0,0,0,1,0\n");
     io::writeFile(folder->file("dataset.json"), R"({"name": "place"})");
