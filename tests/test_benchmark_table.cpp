@@ -67,7 +67,7 @@ TEST(ResultRow, comesBackFromItsLine)
   row.time_s = 1e-3;
   row.pair = 12;
   row.seed = 18446744073709551557ULL;
-  row.variation = {0.05, 0.01, 0.1, 0.5, Perturbation::Se3};
+  row.variation = {0.05, 0.01, 0.1, 0.5, Perturbation::Se3, PairsFrom::All, 50, true, true, {3, 240, 0.5}};
   row.target_dataset = "other, place";
   row.right_rank = 3;
   row.T_target_source = Eigen::Isometry3d(Eigen::Translation3d(691234.123456789, 1. / 3, 0) *
