@@ -67,7 +67,7 @@ TEST(ResultRow, comesBackFromItsLine)
   row.time_s = 1e-3;
   row.pair = 12;
   row.seed = 18446744073709551557ULL;
-  row.variation = {0.05, 0.01, 0.1, 0.5, Perturbation::Se3};
+  row.variation = {0.05, 0.01, 0.1, 0.5, Perturbation::Se3, PairsFrom::All, 50, true, true, {3, 240, 0.5}};
   row.target_dataset = "other, place";
   row.right_rank = 3;
   row.T_target_source = Eigen::Isometry3d(Eigen::Translation3d(691234.123456789, 1. / 3, 0) *
@@ -365,7 +365,8 @@ TEST_F(Plan, datasetsOfOneNameGoByTheirFolders)
 {
   BenchmarkArguments wanted = arguments();
   const testing::TemporaryFolder other;
-  for (const testing::TemporaryFolder* folder : {&folder_, &other}) {
+  for (const testing::TemporaryFolder* folder :
+       std::initializer_list<const testing::TemporaryFolder*>{&folder_, &other}) {
     io::writeFile(folder->file("a.xyz"), "1 2 3\n");
     io::writeFile(folder->file("pairs.csv"), std::string(kHeader) + "a.xyz,a.xyz,x,1,0,0,1.5,0,1,0,0,0,0,1,0\n");
     io::writeFile(folder->file("dataset.json"), R"({"name": "place"})");

@@ -102,7 +102,7 @@ TEST(Degraded, AboutTheSensorWithoutWhatIsNotFinite)
   pcl::PointCloud<pcl::PointXYZ> scan;
   for (const float x : {10.f, 11.f, std::nanf(""), 14.f, 0.f})
     scan.push_back({x, 0, 0});
-  const auto kept = degraded(scan, {1, 360, 0.5}, 1, {11, 0, 0});
+  const auto kept = degraded(scan, {1, 360, 0.5}, 1, Eigen::Vector3f(11, 0, 0));
   ASSERT_EQ(kept->size(), 2u);
   EXPECT_EQ((*kept)[0].x, 10);
   EXPECT_EQ((*kept)[1].x, 11);
