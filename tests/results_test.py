@@ -6,6 +6,7 @@ import importlib.util
 import pathlib
 import subprocess
 import sys
+import tempfile
 import unittest
 
 SCRIPT = pathlib.Path(__file__).resolve().parent.parent / "scripts" / "results"
@@ -107,6 +108,14 @@ class Tables(unittest.TestCase):
         self.assertEqual(lines[3], "| hall | 0 / 1 | 1 / 1 | 0 / 1 | 0 / 1 | - | 0 / 1 | -, - | 0 |")
         self.assertEqual(lines[4], "| all | 2 / 4 | 4 / 4 | 2 / 4 | 2 / 4 | 0 / 1 | 2 / 4 | 0.100 deg, 1.0 cm | 1 |")
         self.assertEqual(len({line.count("|") for line in lines}), 1)
+
+    def test_targets_that_two_scans_lie_in(self):
+        with tempfile.TemporaryDirectory() as folder:
+            table = pathlib.Path(folder) / "pairs.csv"
+            table.write_text("source,target,T00\na,b,1\nb,c,1\na,b,1\n", encoding="utf-8")
+            self.assertFalse(results.has_shared_targets(folder))
+            table.write_text("source,target,T00\na,b,1\nc,b,1\n", encoding="utf-8")
+            self.assertTrue(results.has_shared_targets(folder))
 
     def test_stages(self):
         report = {"benchmarks": [
