@@ -5,6 +5,7 @@
 
 #include <pcl_ssfr/export.h>
 #include <pcl_ssfr/prepared_scan.h>
+#include <pcl_ssfr/search_trace.h>
 
 namespace pcl_ssfr {
 
@@ -27,12 +28,14 @@ registerScans(const PreparedScan& source,
 
 /** \brief The same with a \p deadline that may have been set earlier, in place of Options::time_limit: given to
  * prepareScans() and to this, it covers both.
+ * \param[out] trace optional: what the search of Profile::Default proposed; the result is the same with and without
  */
 PCL_SSFR_EXPORT Result
 registerScans(const PreparedScan& source,
               const PreparedScan& target,
               const Options& options,
               const Eigen::Isometry3d* guess,
-              const Deadline& deadline);
+              const Deadline& deadline,
+              SearchTrace* trace = nullptr);
 
 } // namespace pcl_ssfr

@@ -110,7 +110,8 @@ registerScans(const PreparedScan& source,
               const PreparedScan& target,
               const Options& options,
               const Eigen::Isometry3d* guess,
-              const Deadline& deadline)
+              const Deadline& deadline,
+              SearchTrace* trace)
 {
   validate(options);
   if (source.empty() || target.empty())
@@ -124,9 +125,10 @@ registerScans(const PreparedScan& source,
   runInTeam(static_cast<int>(threadCount(options)), [&] {
     const auto& from = source.data().scan;
     const auto& to = target.data().scan;
-    result = options.profile == Profile::Paper2017
-                 ? registerPaperScans(std::get<PaperScan>(from), std::get<PaperScan>(to), options, guess, deadline)
-                 : registerPatchScans(std::get<PatchScan>(from), std::get<PatchScan>(to), options, guess, deadline);
+    result =
+        options.profile == Profile::Paper2017
+            ? registerPaperScans(std::get<PaperScan>(from), std::get<PaperScan>(to), options, guess, deadline)
+            : registerPatchScans(std::get<PatchScan>(from), std::get<PatchScan>(to), options, guess, deadline, trace);
   });
   return result;
 }
