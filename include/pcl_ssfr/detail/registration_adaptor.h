@@ -216,15 +216,15 @@ public:
 #include <pcl_ssfr/impl/registration_adaptor.hpp>
 #else
 namespace pcl_ssfr::detail {
-extern template class RegistrationAdaptor<pcl::PointXYZ, pcl::PointXYZ, float>;
-extern template class RegistrationAdaptor<pcl::PointXYZ, pcl::PointXYZ, double>;
-extern template class RegistrationAdaptor<pcl::PointXYZI, pcl::PointXYZI, float>;
-extern template class RegistrationAdaptor<pcl::PointXYZI, pcl::PointXYZI, double>;
-extern template class RegistrationAdaptor<pcl::PointXYZRGB, pcl::PointXYZRGB, float>;
-extern template class RegistrationAdaptor<pcl::PointXYZRGB, pcl::PointXYZRGB, double>;
-extern template class RegistrationAdaptor<pcl::PointNormal, pcl::PointNormal, float>;
-extern template class RegistrationAdaptor<pcl::PointNormal, pcl::PointNormal, double>;
-extern template class RegistrationAdaptor<pcl::PointXYZINormal, pcl::PointXYZINormal, float>;
-extern template class RegistrationAdaptor<pcl::PointXYZINormal, pcl::PointXYZINormal, double>;
+extern template class PCL_SSFR_EXPORT RegistrationAdaptor<pcl::PointXYZ, pcl::PointXYZ, float>;
+extern template class PCL_SSFR_EXPORT RegistrationAdaptor<pcl::PointXYZ, pcl::PointXYZ, double>;
+extern template class PCL_SSFR_EXPORT RegistrationAdaptor<pcl::PointXYZI, pcl::PointXYZI, float>;
+extern template class PCL_SSFR_EXPORT RegistrationAdaptor<pcl::PointXYZI, pcl::PointXYZI, double>;
+extern template class PCL_SSFR_EXPORT RegistrationAdaptor<pcl::PointXYZRGB, pcl::PointXYZRGB, float>;
+extern template class PCL_SSFR_EXPORT RegistrationAdaptor<pcl::PointXYZRGB, pcl::PointXYZRGB, double>;
+extern template class PCL_SSFR_EXPORT RegistrationAdaptor<pcl::PointNormal, pcl::PointNormal, float>;
+extern template class PCL_SSFR_EXPORT RegistrationAdaptor<pcl::PointNormal, pcl::PointNormal, double>;
+extern template class PCL_SSFR_EXPORT RegistrationAdaptor<pcl::PointXYZINormal, pcl::PointXYZINormal, float>;
+extern template class PCL_SSFR_EXPORT RegistrationAdaptor<pcl::PointXYZINormal, pcl::PointXYZINormal, double>;
 } // namespace pcl_ssfr::detail
 #endif
