@@ -102,9 +102,9 @@ class FitPosterior(unittest.TestCase):
         for numbers, blind in ((SEEING, False), (BLIND, True)):
             pairs = self.read(self.drawn(6000, numbers, blind))
             found = fit_posterior.fit(pairs)
-            # Four standard deviations or so of such a fit; every number is farther than that from 0.
+            # Four standard deviations of such a fit, as drawn with other seeds.
             error = numpy.abs(found - numbers)
-            self.assertTrue((error < [0.7, 0.4, 0.25, 0.2, 0.2, 0.5]).all(), f"{found} for {numbers}")
+            self.assertTrue((error < [0.55, 0.35, 0.12, 0.12, 0.3, 0.4]).all(), f"{found} for {numbers}")
             if blind:
                 self.assertEqual(found[1], 0)
 
