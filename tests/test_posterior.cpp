@@ -19,7 +19,7 @@ namespace pcl_ssfr {
 namespace {
 
 constexpr double kContradictionWeight = 14;
-constexpr double kPatches = 200; // weighted number of them, half of which face their sensor
+constexpr double kPatches = 500; // weighted number of them, half of which face their sensor
 const PosteriorConfig kSeeing = JudgementConfig().posterior, kBlind = JudgementConfig().posterior_blind;
 
 /// Evidence of a pose: shares of the surface that matches, that contradicts, and that matches in the third direction.
@@ -270,9 +270,9 @@ TEST(Posterior, GrowsWithTheScoreAmongPoses)
   // Of the same matches: only their shares of what is sure change.
   for (const PosteriorConfig& config : {kSeeing, kBlind}) {
     double before = 1;
-    for (double share = 0.05; share <= 1; share += 0.05) {
-      const Posterior posterior = computePosterior({goodPose(), rivalOf(goodPose(), share)}, config);
-      EXPECT_LT(posterior.best(), before) << share;
+    for (int percent = 5; percent <= 100; percent += 5) {
+      const Posterior posterior = computePosterior({goodPose(), rivalOf(goodPose(), percent / 100.0)}, config);
+      EXPECT_LT(posterior.best(), before) << percent;
       EXPECT_EQ(posterior.none, computePosterior({goodPose()}, config).none);
       before = posterior.best();
     }
