@@ -294,7 +294,10 @@ TEST(Decision, SurfaceInFreeSpace)
   DecisionContext picky = contextOf({0.1});
   picky.config.telling_contradiction = 0.05;
   EXPECT_EQ(decide({poseAt(kX, 0.5, 0.066)}, picky).status, Status::Contradicted);
-  EXPECT_EQ(decide({poseAt(kX, 0.98, 0.068)}, contextOf({0.95})).status, Status::Converged);
+  ScoredPose large_patch = poseAt(kX, 0.5, 0.1); // that contradicts, one of many
+  large_patch.score = 0.5;
+  EXPECT_EQ(decide({large_patch}, contextOf({0.95})).status, Status::Converged);
+  EXPECT_EQ(decide({large_patch}, contextOf({0.6})).status, Status::Contradicted);
 }
 
 TEST(Decision, PlanesInTooFewDirections)

@@ -169,7 +169,7 @@ TEST_F(HypothesesOfARoom, ThePromisingOnesThenTheRestThenLittleOverlapThenNone)
   // What was done is reported.
   ASSERT_EQ(reports_.size(), 3U);
   EXPECT_EQ(reports_[0].name, "rotations");
-  EXPECT_GE(reports_[0].count_in, static_cast<std::uint64_t>(config.rotations));
+  EXPECT_GT(reports_[0].count_in, 0U);
   EXPECT_EQ(reports_[0].count_out, source.rotations().size());
   for (const std::size_t pass : {0, 1}) {
     EXPECT_EQ(reports_[1 + pass].name, "translations");

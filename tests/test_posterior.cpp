@@ -222,7 +222,7 @@ TEST(Posterior, NothingForTheBestPoseIsNoneOfThem)
   for (const PosteriorConfig& config : {kSeeing, kBlind}) {
     EXPECT_EQ(computePosterior({ScoredPose()}, config).none, 1);
     EXPECT_EQ(computePosterior({ScoredPose()}, config).best(), 0);
-    // More contradictions than the matches are worth, and exactly as many.
+    // More contradictions than the matches are worth.
     const Posterior posterior = computePosterior({poseOf(0.28, 0.03), poseOf(0.1, 0.05)}, config);
     EXPECT_EQ(posterior.none, 1);
     EXPECT_EQ(posterior.poses, std::vector<double>({0, 0}));
