@@ -8,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdint>
 #include <initializer_list>
 
@@ -18,9 +19,9 @@ using testing::IsPoseNear;
 using testing::viewOfPoints;
 
 Eigen::Isometry3d
-motion(const Eigen::Vector3d& axis, double angle, const Eigen::Vector3d& shift)
+motion(const Eigen::Vector3d& axis, double angle, const Eigen::Vector3d& translation)
 {
-  return Eigen::Translation3d(shift) * Eigen::AngleAxisd(angle, axis.normalized());
+  return Eigen::Translation3d(translation) * Eigen::AngleAxisd(angle, axis.normalized());
 }
 
 ScoredPose
@@ -74,7 +75,7 @@ TEST_F(PatchPairOfARoom, FramesThereAndBack)
   const PatchPair scans = pair(options_);
   const Eigen::Isometry3d inner = scans.toInner(truth_);
   EXPECT_THAT(scans.toOuter(inner), IsPoseNear(truth_, 1e-12, 1e-12));
-  // The same place, told in both frames.
+  // The same place in both frames.
   const Eigen::Vector3d p(0.3, -0.4, 0.5);
   EXPECT_TRUE((truth_ * p - target_->origin).isApprox(inner * (p - source_->origin), 1e-9));
 }
@@ -90,7 +91,7 @@ TEST_F(PatchPairOfARoom, AGuessBoundsThePoseOnlyWithItsTolerance)
   ASSERT_TRUE(scans.priors().guess());
   EXPECT_THAT(*scans.priors().guess(), IsPoseNear(scans.toInner(guess), 1e-9, 1e-9));
   EXPECT_TRUE(scans.priors().allow(scans.toInner(truth_), Exactness::Refined));
-  // A turn about the source's sensor does not shift it, wherever the middle of its points lies.
+  // A rotation about the source's sensor does not move it, wherever the middle of its points lies.
   const Eigen::Isometry3d turned = guess * motion(Eigen::Vector3d::UnitZ(), 0.09, Eigen::Vector3d::Zero());
   EXPECT_TRUE(scans.priors().allow(scans.toInner(turned), Exactness::Refined));
   const Eigen::Isometry3d shifted = guess * motion(Eigen::Vector3d::UnitZ(), 0, Eigen::Vector3d(0, 0.6, 0));
@@ -125,7 +126,7 @@ TEST_F(PatchPairOfARoom, RolesDoNotMatter)
     back.scoreFine(inverse);
     EXPECT_NEAR(pose.score, inverse.score, 1e-6);
     EXPECT_NEAR(pose.evidence.matched, inverse.evidence.matched, 1e-6 * pose.evidence.total);
-    // Evidence by direction is told in the frame of the target.
+    // Evidence by direction is in the frame of the target.
     const Eigen::Matrix3d R = pose.T_target_source.linear();
     EXPECT_TRUE((R * inverse.evidence.matched_normals * R.transpose()).isApprox(pose.evidence.matched_normals, 1e-5));
   }
@@ -151,7 +152,7 @@ TEST_F(PatchPairOfARoom, EachRefinementFromAsFarAsItReaches)
   }
 }
 
-TEST_F(PatchPairOfARoom, NoPolishLeavesThePoseAndTellsOfIt)
+TEST_F(PatchPairOfARoom, WithoutPolishThePoseStaysAndIsDescribed)
 {
   const Eigen::Isometry3d start =
       motion(Eigen::Vector3d::UnitX(), 0.01, Eigen::Vector3d(0.02, 0, 0)) * pair(options_).toInner(truth_);
@@ -205,7 +206,7 @@ TEST_F(PatchPairOfARoom, MovesUnlessThatExplainsLess)
   scans.polish(pose);
   pose.T_target_source = beside;
   EXPECT_TRUE(scans.moveUnlessWorse(pose, truth));
-  EXPECT_FALSE(pose.polish); // it told of another place
+  EXPECT_FALSE(pose.polish); // it was of another place
   EXPECT_GT(pose.score, before);
   EXPECT_EQ(pose.T_target_source.matrix(), truth.matrix());
   const double best = pose.score;
@@ -214,7 +215,7 @@ TEST_F(PatchPairOfARoom, MovesUnlessThatExplainsLess)
   EXPECT_EQ(pose.score, best);
 }
 
-TEST_F(PatchPairOfARoom, TheSamePlaceIsNearInTurnAndInShiftOfTheSensor)
+TEST_F(PatchPairOfARoom, TheSamePlaceIsNearInRotationAndInTranslationOfTheSensor)
 {
   const PatchPair scans = pair(options_);
   const Eigen::Isometry3d T = scans.toInner(truth_);
@@ -237,6 +238,67 @@ TEST_F(PatchPairOfARoom, FreeSpaceNeedsBothSensors)
   EXPECT_FALSE(PatchPair(*source_, blind, options_, nullptr, Deadline()).seesFreeSpace());
   EXPECT_EQ(PatchPair(*source_, blind, options_, nullptr, Deadline()).targetImage(), nullptr);
   EXPECT_FALSE(PatchPair(blind, *target_, options_, nullptr, Deadline()).seesFreeSpace());
+}
+
+TEST_F(PatchPairOfARoom, ThePosteriorIsThatOfWhatTheSensorsSaw)
+{
+  Options options = options_;
+  options.patch_profile.judgement.posterior.known = 11;
+  options.patch_profile.judgement.posterior_blind.known = 12;
+  PatchScan blind = *target_;
+  blind.range_image = RangeImage();
+  EXPECT_EQ(pair(options).posteriorConfig().known, 11);
+  EXPECT_EQ(PatchPair(*source_, blind, options, nullptr, Deadline()).posteriorConfig().known, 12);
+}
+
+TEST_F(PatchPairOfARoom, AScoreWeighsContradictionsAsConfigured)
+{
+  Options options = options_;
+  options.patch_profile.judgement.evidence.contradiction_weight = 3;
+  const PatchPair scans = pair(options);
+  ScoredPose pose = at(motion(Eigen::Vector3d::UnitZ(), 0.2, Eigen::Vector3d(0.5, 0.2, 0)) * scans.toInner(truth_));
+  for (const bool fine : {false, true}) {
+    fine ? scans.scoreFine(pose) : scans.scoreCoarse(pose);
+    const WeightedEvidence& patches = pose.evidence.patches;
+    ASSERT_GT(patches.contradicted, 0.01 * patches.total);
+    EXPECT_NEAR(pose.score, (patches.matched - 3 * patches.contradicted) / patches.total, 1e-12);
+  }
+}
+
+TEST_F(PatchPairOfARoom, APoseThatPutsSensorOnSensorIsLessProbableBeforehand)
+{
+  Options options = options_;
+  options.patch_profile.judgement.sensor_on_sensor = 0.2;
+  PatchScan blind = *source_;
+  blind.range_image = RangeImage();
+  const PatchPair scans = pair(options), unseen(blind, *target_, options, nullptr, Deadline());
+  const auto log_prior = [](const PatchPair& of, const Eigen::Vector3d& beside) {
+    // Any rotation about the target's sensor.
+    ScoredPose pose = at(Eigen::Translation3d(of.target().viewpoint + beside) *
+                         Eigen::AngleAxisd(1.3, Eigen::Vector3d(1, 2, 3).normalized()) *
+                         Eigen::Translation3d(-of.source().viewpoint));
+    of.scoreFine(pose);
+    return pose.log_prior;
+  };
+  const double reach = 0.1 * scans.scale();
+  EXPECT_NEAR(log_prior(scans, Eigen::Vector3d::Zero()), std::log(0.2), 1e-12);
+  EXPECT_NEAR(log_prior(scans, Eigen::Vector3d(0, 0.99 * reach, 0)), std::log(0.2), 1e-12);
+  EXPECT_EQ(log_prior(scans, Eigen::Vector3d(0, 1.01 * reach, 0)), 0);
+  EXPECT_EQ(log_prior(unseen, Eigen::Vector3d::Zero()), 0); // where the sensors were is not known
+}
+
+TEST_F(PatchPairOfARoom, WhatIsKnownBeforehandBelongsToTheScore)
+{
+  const PatchPair scans(*source_, *target_, options_, &truth_, Deadline());
+  ScoredPose truth = at(scans.toInner(truth_)), other = at(Eigen::Isometry3d::Identity());
+  for (ScoredPose* pose : {&truth, &other}) {
+    scans.scoreCoarse(*pose);
+    const double coarse = pose->log_prior;
+    scans.scoreFine(*pose);
+    EXPECT_EQ(pose->log_prior, coarse); // of the pose alone
+  }
+  EXPECT_NEAR(truth.log_prior, std::log1p(JudgementConfig().guess_trust), 1e-6);
+  EXPECT_LT(other.log_prior, truth.log_prior - 1);
 }
 
 TEST_F(PatchPairOfARoom, NothingOnNothing)

@@ -1,178 +1,373 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
-#include "judgement/confidence.h"
+#include "judgement/posterior.h"
 #include "synthetic_scene.h"
 
 #include <pcl_ssfr/options.h>
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <limits>
+#include <numeric>
+#include <vector>
 
 namespace pcl_ssfr {
 namespace {
 
-/// The score that poses are ranked by: contradictions are rare and weigh more.
-void
-rate(Candidate& c)
-{
-  c.evidence.patches_matched = c.overlap;
-  c.evidence.patches_contradicted = c.contradiction;
-  c.score = c.overlap - 12 * c.contradiction;
-  c.evidence.facing_matched = c.evidence.patches_matched;
-  c.evidence.facing_score = c.score;
-}
+constexpr double kContradictionWeight = 14;
+constexpr double kPatches = 500; // weighted number of them, half of which face their sensor
+const PosteriorConfig kSeeing = JudgementConfig().posterior, kBlind = JudgementConfig().posterior_blind;
 
-/// The confidence in \p c when the best rival has \p ratio of its score.
-double
-withRival(const Candidate& c, double ratio, bool free_space)
+/// Evidence of a pose: shares of the surface that matches, that contradicts, and that matches in the third direction.
+ScoredPose
+poseOf(double matched, double contradicted = 0, double third = 0.05, double patches = kPatches)
 {
-  return estimateConfidence(c, c.score * (1 - ratio), free_space);
+  SurfaceEvidence e;
+  e.total = 1;
+  e.matched = matched;
+  e.contradicted = contradicted;
+  e.unmatched = 0.08;
+  e.patches = {patches, matched * patches, contradicted * patches};
+  e.facing = {patches / 2, matched * patches / 2, contradicted * patches / 2};
+  e.matched_normals = Eigen::Vector3d(1, 1, third).asDiagonal();
+  ScoredPose pose;
+  rate(pose, e, kContradictionWeight);
+  return pose;
 }
 
 /// A pose as it looks when it is right: most surface meets, nothing hangs in free space.
-Candidate
-goodCandidate()
+ScoredPose
+goodPose()
 {
-  Candidate c;
-  c.overlap = 0.6;
-  c.contradiction = 0.002;
-  c.evidence.unmatched = 0.08;
-  c.evidence.weakest_direction = 0.7;
-  c.evidence.third_direction = 0.15;
-  rate(c);
-  return c;
+  return poseOf(0.6, 0.002, 0.15);
 }
 
 /// A pose as it looks when the scans have nothing to do with each other.
-Candidate
-badCandidate()
+ScoredPose
+badPose()
 {
-  Candidate c;
-  c.overlap = 0.12;
-  c.contradiction = 0.005;
-  c.evidence.unmatched = 0.25;
-  c.evidence.weakest_direction = 0.15;
-  c.evidence.third_direction = 0.01;
-  rate(c);
-  return c;
+  return poseOf(0.12, 0.005, 0.01);
 }
 
-TEST(Confidence, SeparatesClearCases)
+/// The pose with \p share of the score of another one.
+ScoredPose
+rivalOf(ScoredPose pose, double share)
 {
-  for (const bool free_space : {false, true}) {
-    EXPECT_GT(withRival(goodCandidate(), 0.5, free_space), 0.9) << free_space;
-    EXPECT_LT(withRival(badCandidate(), 0.95, free_space), Options().min_confidence) << free_space;
-  }
+  pose.score *= share;
+  pose.facing_score *= share;
+  return pose;
 }
 
-TEST(Confidence, NoEvidenceNoConfidence)
+double
+sumOf(const Posterior& posterior)
 {
-  EXPECT_EQ(estimateConfidence(Candidate(), 0, true), 0);
-  EXPECT_EQ(estimateConfidence(Candidate(), 1, false), 0);
-  Candidate nothing = goodCandidate();
-  nothing.overlap = nothing.contradiction = nothing.evidence.unmatched = nothing.score = 0;
-  EXPECT_EQ(estimateConfidence(nothing, 0.5, true), 0);
-  nothing.overlap = nothing.evidence.patches_matched = nothing.score = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(estimateConfidence(nothing, 0.5, true), 0);
+  return std::accumulate(posterior.poses.begin(), posterior.poses.end(), posterior.none);
 }
 
-TEST(Confidence, FallsWithContradictionsAndWithARival)
+/// Any pose: with shares that are often none or all, and scores down to far below zero.
+ScoredPose
+randomPose(testing::Random& random)
 {
-  // Two offices alike: most surface meets, but the desks stand elsewhere.
-  Candidate twin = goodCandidate();
-  twin.overlap = 0.7;
-  twin.contradiction = 0.028;
-  rate(twin);
-  Candidate same_score = goodCandidate();
-  same_score.overlap = twin.score;
-  same_score.contradiction = 0;
-  rate(same_score);
-  EXPECT_LT(withRival(twin, 0.2, true), withRival(same_score, 0.2, true));
-  double before = 1;
-  for (double ratio = 0.05; ratio < 1; ratio += 0.1) {
-    const double now = withRival(goodCandidate(), ratio, true);
-    EXPECT_LT(now, before);
-    before = now;
-  }
-  // A rival that contradicts itself away is no more than none.
-  EXPECT_EQ(withRival(goodCandidate(), -0.5, true), withRival(goodCandidate(), 0, true));
+  const auto share = [&] { return random.index(4) == 0 ? random.index(2) : random.uniform(0, 1); };
+  ScoredPose pose = poseOf(share(), random.index(2) * share() * random.uniform(0, 0.1), share() / 3);
+  pose.evidence.patches.total = random.uniform(0, 1000);
+  pose.evidence.facing.total = share() * pose.evidence.patches.total;
+  pose.evidence.facing.matched = share() * pose.evidence.facing.total;
+  pose.facing_score = share() - random.uniform(0, 20) * random.index(2);
+  pose.log_prior = random.index(3) == 0 ? random.uniform(-50, 5) : 0;
+  return pose;
 }
 
-TEST(Confidence, IsAProbabilityForAnyEvidence)
+std::vector<ScoredPose>
+randomPoses(testing::Random& random)
+{
+  std::vector<ScoredPose> poses;
+  for (int k = random.index(8); k >= 0; --k)
+    poses.push_back(randomPose(random));
+  return poses;
+}
+
+TEST(Posterior, NoPoses)
+{
+  const Posterior posterior = computePosterior({}, kSeeing);
+  EXPECT_TRUE(posterior.poses.empty());
+  EXPECT_EQ(posterior.none, 1);
+  EXPECT_EQ(posterior.best(), 0);
+}
+
+TEST(Posterior, ByHand)
+{
+  const PosteriorConfig config = {0.5, 2, 1, 1, 0.25, 3};
+  ScoredPose first, second;
+  SurfaceEvidence e;
+  e.total = 20;
+  e.matched_normals = Eigen::Vector3d(5, 6, 2).asDiagonal(); // a tenth in the third direction
+  e.patches = {16, 12, 0};
+  e.facing = {10, 8, 0.1};
+  rate(first, e, kContradictionWeight);
+  e.patches = {16, 8, 0};
+  rate(second, e, kContradictionWeight);
+  ASSERT_NEAR(first.score, 0.75, 1e-12);
+  ASSERT_NEAR(second.score, 0.5, 1e-12);
+  // Each count of the root of 16 patches a quarter: they lead by 0.25, and by three times the log of 1.5.
+  second.log_prior = std::log(2);
+  EXPECT_NEAR(logWeight(first, config), 0.75 + 3 * std::log(0.75), 1e-12);
+  EXPECT_NEAR(logWeight(second, config), 0.5 + 3 * std::log(0.5) + std::log(2), 1e-12);
+  // Of the 8 matches 1.4 are taken back.
+  const double log_odds = 0.5 + 2 * std::log(6.6 / 8) + std::log(0.101) + std::log(9);
+  const double any = 1 / (1 + std::exp(-log_odds));
+  const double odds = std::exp(0.25) * std::pow(1.5, 3) / 2;
+  const Posterior posterior = computePosterior({first, second}, config);
+  EXPECT_NEAR(posterior.none, 1 - any, 1e-12);
+  ASSERT_EQ(posterior.poses.size(), 2U);
+  EXPECT_NEAR(posterior.poses[0], any * odds / (1 + odds), 1e-12);
+  EXPECT_NEAR(posterior.poses[1], any / (1 + odds), 1e-12);
+  EXPECT_EQ(posterior.best(), posterior.poses[0]);
+}
+
+TEST(Posterior, SumsToOneForAnyEvidence)
 {
   testing::Random random(1);
-  for (int trial = 0; trial < 20000; ++trial) {
-    Candidate c;
-    const auto share = [&] { return random.index(4) == 0 ? random.index(2) : random.uniform(0, 1); };
-    c.overlap = share();
-    c.contradiction = share() * (1 - c.overlap);
-    c.evidence.unmatched = share() * (1 - c.overlap - c.contradiction);
-    c.evidence.weakest_direction = share();
-    c.evidence.third_direction = share() / 3;
-    c.evidence.patches_matched = share();
-    c.score = c.evidence.patches_matched - random.uniform(0, 20) * share();
-    c.evidence.facing_matched = share();
-    c.evidence.facing_score = c.evidence.facing_matched - random.uniform(0, 20) * share();
-    const double confidence = estimateConfidence(c, random.uniform(-3, 1), trial % 2 == 0);
-    ASSERT_TRUE(confidence >= 0 && confidence <= 1);
+  int sure = 0, unsure = 0;
+  constexpr int kTrials = 20000;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    const std::vector<ScoredPose> poses = randomPoses(random);
+    const Posterior posterior = computePosterior(poses, trial % 2 ? kSeeing : kBlind);
+    ASSERT_EQ(posterior.poses.size(), poses.size());
+    ASSERT_NEAR(sumOf(posterior), 1, 1e-12);
+    for (const double p : posterior.poses)
+      ASSERT_TRUE(p >= 0 && p <= 1);
+    ASSERT_TRUE(posterior.none >= 0 && posterior.none <= 1);
+    sure += posterior.none < 0.1;
+    unsure += posterior.none > 0.9;
   }
+  EXPECT_GT(sure, kTrials / 100); // the inputs cover both ends
+  EXPECT_GT(unsure, kTrials / 100);
+}
+
+TEST(Posterior, SurvivesPriorsThatExclude)
+{
   const double infinity = std::numeric_limits<double>::infinity();
-  for (const double lead : {-infinity, infinity})
-    EXPECT_TRUE(std::isfinite(estimateConfidence(goodCandidate(), lead, true)));
+  ScoredPose excluded = goodPose(), improbable = goodPose();
+  excluded.log_prior = -infinity;
+  improbable.log_prior = -1e6;
+  const Posterior posterior = computePosterior({excluded, improbable, badPose()}, kSeeing);
+  EXPECT_EQ(posterior.poses[0], 0);
+  EXPECT_EQ(posterior.poses[1], 0);
+  EXPECT_GT(posterior.poses[2], 0);
+  EXPECT_NEAR(sumOf(posterior), 1, 1e-12);
+  // All of them improbable: how well they explain the scans is all the same for another question.
+  EXPECT_EQ(computePosterior({improbable}, kSeeing).none, computePosterior({goodPose()}, kSeeing).none);
 }
 
-TEST(Confidence, GrowsWithTheOverlapAndWithTheThirdDirection)
+TEST(Posterior, DoesNotDependOnTheOrder)
 {
-  for (const bool free_space : {false, true}) {
-    double before = 0;
-    for (double overlap = 0.02; overlap < 0.9; overlap += 0.02) {
-      Candidate c = goodCandidate();
-      c.overlap = overlap;
-      c.contradiction = 0;
-      rate(c);
-      const double confidence = withRival(c, 0.5, free_space);
-      EXPECT_GT(confidence, before) << overlap;
-      before = confidence;
+  testing::Random random(2);
+  for (int trial = 0; trial < 500; ++trial) {
+    const std::vector<ScoredPose> poses = randomPoses(random);
+    const Posterior posterior = computePosterior(poses, kSeeing);
+    std::vector<std::size_t> order(poses.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    for (std::size_t i = order.size(); i > 1; --i)
+      std::swap(order[i - 1], order[static_cast<std::size_t>(random.index(static_cast<int>(i)))]);
+    std::vector<ScoredPose> shuffled;
+    for (const std::size_t i : order)
+      shuffled.push_back(poses[i]);
+    const Posterior again = computePosterior(shuffled, kSeeing);
+    ASSERT_NEAR(again.none, posterior.none, 1e-15);
+    for (std::size_t i = 0; i < order.size(); ++i)
+      ASSERT_NEAR(again.poses[i], posterior.poses[order[i]], 1e-12);
+  }
+}
+
+TEST(Posterior, AnEqualPoseTakesHalfAndLeavesNone)
+{
+  for (const PosteriorConfig& config : {kSeeing, kBlind})
+    for (const ScoredPose& pose : {goodPose(), badPose()}) {
+      const Posterior alone = computePosterior({pose}, config);
+      ASSERT_GT(alone.best(), 0.001);
+      const Posterior two = computePosterior({pose, pose}, config);
+      EXPECT_EQ(two.none, alone.none);
+      EXPECT_NEAR(two.poses[0], alone.best() / 2, 1e-15);
+      EXPECT_EQ(two.poses[1], two.poses[0]);
+      const Posterior four = computePosterior({pose, pose, pose, pose}, config);
+      EXPECT_EQ(four.none, alone.none);
+      EXPECT_NEAR(four.best(), alone.best() / 4, 1e-15);
     }
-    before = 0;
-    for (double third = 0; third < 0.33; third += 0.02) {
-      Candidate c = goodCandidate();
-      c.overlap = 0.3;
-      rate(c);
-      c.evidence.third_direction = third;
-      const double confidence = withRival(c, 0.5, free_space);
-      EXPECT_GT(confidence, before) << third;
-      before = confidence;
+}
+
+TEST(Posterior, LogPriorMultipliesTheOdds)
+{
+  const Posterior even = computePosterior({goodPose(), rivalOf(goodPose(), 0.95)}, kSeeing);
+  for (const double k : {0.05, 0.5, 2.0, 31.0}) {
+    ScoredPose favoured = goodPose();
+    favoured.log_prior = std::log(k);
+    const Posterior posterior = computePosterior({favoured, rivalOf(goodPose(), 0.95)}, kSeeing);
+    EXPECT_NEAR(posterior.poses[0] / posterior.poses[1],
+                k * even.poses[0] / even.poses[1],
+                1e-9 * k * even.poses[0] / even.poses[1]);
+    // A constant of the pair is of no effect.
+    ScoredPose rival = rivalOf(goodPose(), 0.95);
+    rival.log_prior = favoured.log_prior;
+    EXPECT_NEAR(computePosterior({favoured, rival}, kSeeing).best(), even.best(), 1e-12);
+  }
+}
+
+TEST(Posterior, NothingForTheBestPoseIsNoneOfThem)
+{
+  for (const PosteriorConfig& config : {kSeeing, kBlind}) {
+    EXPECT_EQ(computePosterior({ScoredPose()}, config).none, 1);
+    EXPECT_EQ(computePosterior({ScoredPose()}, config).best(), 0);
+    // More contradictions than the matches are worth.
+    const Posterior posterior = computePosterior({poseOf(0.28, 0.03), poseOf(0.1, 0.05)}, config);
+    EXPECT_EQ(posterior.none, 1);
+    EXPECT_EQ(posterior.poses, std::vector<double>({0, 0}));
+    EXPECT_EQ(computePosterior({rivalOf(goodPose(), 0)}, config).none, 1);
+    ScoredPose nothing = goodPose();
+    nothing.score = std::numeric_limits<double>::quiet_NaN();
+    EXPECT_EQ(computePosterior({nothing}, config).none, 1);
+  }
+}
+
+TEST(Posterior, SeparatesClearCases)
+{
+  for (const PosteriorConfig& config : {kSeeing, kBlind}) {
+    EXPECT_GT(computePosterior({goodPose(), rivalOf(goodPose(), 0.5)}, config).best(), 0.9);
+    EXPECT_LT(computePosterior({badPose(), rivalOf(badPose(), 0.95)}, config).best(), Options().min_confidence);
+    EXPECT_GT(computePosterior({badPose()}, config).none, 1 - Options().min_confidence);
+  }
+}
+
+TEST(Posterior, GrowsWithTheOverlapAndWithTheThirdDirection)
+{
+  for (const PosteriorConfig& config : {kSeeing, kBlind})
+    for (const bool has_rival : {false, true}) {
+      const auto best = [&](double overlap, double third) {
+        const ScoredPose pose = poseOf(overlap, 0, third), rival = poseOf(0.01);
+        return computePosterior(has_rival ? std::vector<ScoredPose>{pose, rival} : std::vector<ScoredPose>{pose},
+                                config)
+            .best();
+      };
+      double before = 0;
+      for (double overlap = 0.02; overlap < 0.9; overlap += 0.02) {
+        EXPECT_GT(best(overlap, 0.05), before) << overlap;
+        before = best(overlap, 0.05);
+      }
+      before = 0;
+      for (double third = 0; third < 0.33; third += 0.02) {
+        EXPECT_GT(best(0.3, third), before) << third;
+        before = best(0.3, third);
+      }
+    }
+}
+
+TEST(Posterior, GrowsWithTheScoreAmongPoses)
+{
+  // Of the same matches: only their shares of what is sure change.
+  for (const PosteriorConfig& config : {kSeeing, kBlind}) {
+    double before = 1;
+    for (int percent = 5; percent <= 100; percent += 5) {
+      const Posterior posterior = computePosterior({goodPose(), rivalOf(goodPose(), percent / 100.0)}, config);
+      EXPECT_LT(posterior.best(), before) << percent;
+      EXPECT_EQ(posterior.none, computePosterior({goodPose()}, config).none);
+      before = posterior.best();
+    }
+    EXPECT_NEAR(before, computePosterior({goodPose()}, config).best() / 2, 1e-9);
+    // A rival that contradicts itself away is next to none.
+    EXPECT_NEAR(computePosterior({goodPose(), rivalOf(goodPose(), -0.5)}, config).best(),
+                computePosterior({goodPose()}, config).best(),
+                1e-3);
+  }
+}
+
+TEST(Posterior, FallsWithContradictions)
+{
+  double before = 1;
+  for (double contradicted = 0; contradicted < 0.6 / kContradictionWeight; contradicted += 0.004) {
+    const Posterior posterior = computePosterior({poseOf(0.6, contradicted), poseOf(0.02)}, kSeeing);
+    EXPECT_LT(posterior.best(), before) << contradicted;
+    before = posterior.best();
+  }
+  // Nearly as much as the matches are worth.
+  EXPECT_LT(computePosterior({poseOf(0.35, 0.024)}, kSeeing).best(), Options().min_confidence);
+  // Two offices alike: most surface meets, but the desks stand elsewhere. As much evidence without contradictions is
+  // worth more than with them.
+  const ScoredPose alike = poseOf(0.7, 0.028), same_score = poseOf(alike.score);
+  ASSERT_NEAR(alike.score, same_score.score, 1e-12);
+  EXPECT_GT(computePosterior({alike}, kSeeing).none, computePosterior({same_score}, kSeeing).none);
+}
+
+TEST(Posterior, SettlesMoreWithMorePatches)
+{
+  // The same shares of more patches: chance accounts for less of the lead.
+  for (const PosteriorConfig& config : {kSeeing, kBlind}) {
+    double before = 1;
+    for (const double patches : {10, 100, 1000, 10000}) {
+      const Posterior posterior =
+          computePosterior({poseOf(0.5, 0, 0.1, patches), poseOf(0.45, 0, 0.1, patches)}, config);
+      const double odds = posterior.poses[0] / posterior.poses[1];
+      EXPECT_GT(odds, before) << patches;
+      before = odds;
     }
   }
 }
 
-TEST(Confidence, ContradictionsSpeakAgainstAPose)
+TEST(Posterior, WithoutFreeSpaceARivalTakesMore)
 {
-  Candidate clean = goodCandidate(), contradicted = goodCandidate();
-  clean.overlap = contradicted.overlap = 0.35;
-  clean.contradiction = 0;
-  contradicted.contradiction = 0.02;
-  rate(clean);
-  rate(contradicted);
-  EXPECT_LT(withRival(contradicted, 0.5, true), withRival(clean, 0.5, true));
-  contradicted.contradiction = 0.05; // more than the matches are worth
-  rate(contradicted);
-  EXPECT_LT(withRival(contradicted, 0.5, true), Options().min_confidence);
+  const auto share = [](const PosteriorConfig& config) {
+    const Posterior posterior = computePosterior({poseOf(0.6), poseOf(0.55)}, config);
+    return posterior.best() / (1 - posterior.none);
+  };
+  EXPECT_LT(share(kBlind), share(kSeeing));
 }
 
-TEST(Confidence, ACloseRivalDoesNotHelp)
+TEST(Posterior, ThreeThatComeNearLeaveLessThanTwo)
 {
-  Candidate c = goodCandidate();
-  c.overlap = 0.3;
-  rate(c);
-  for (const bool free_space : {false, true})
-    EXPECT_LE(withRival(c, 0.99, free_space), withRival(c, 0.2, free_space));
-  EXPECT_LE(withRival(c, 0.99, true), withRival(c, 0.2, true));
-  EXPECT_EQ(estimateConfidence(c, -0.3, true), estimateConfidence(c, 0, true)); // behind its rival is no lead
+  const ScoredPose best = poseOf(0.6), near = poseOf(0.58);
+  const Posterior two = computePosterior({best, near}, kSeeing), three = computePosterior({best, near, near}, kSeeing);
+  EXPECT_LT(three.best(), two.best());
+  EXPECT_NEAR(three.poses[1] / three.poses[0], two.poses[1] / two.poses[0], 1e-12);
+}
+
+TEST(SortByWeight, MostProbableFirstAndEqualsInTheirOrder)
+{
+  testing::Random random(2);
+  std::vector<ScoredPose> poses(300);
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    poses[i].score = 0.05 * (random.index(20) - 5);
+    poses[i].evidence.patches.total = kPatches;
+    poses[i].facing_score = static_cast<double>(i); // where it stood
+  }
+  sortByWeight(poses, kSeeing);
+  for (std::size_t i = 1; i < poses.size(); ++i) {
+    ASSERT_GE(poses[i - 1].score, poses[i].score);
+    if (poses[i - 1].score == poses[i].score) {
+      ASSERT_LT(poses[i - 1].facing_score, poses[i].facing_score);
+    }
+  }
+  std::vector<ScoredPose> none;
+  sortByWeight(none, kSeeing);
+  EXPECT_TRUE(none.empty());
+}
+
+TEST(SortByWeight, FollowsTheProbabilities)
+{
+  testing::Random random(3);
+  int not_by_score = 0;
+  for (int trial = 0; trial < 300; ++trial) {
+    std::vector<ScoredPose> poses = randomPoses(random);
+    sortByWeight(poses, kSeeing);
+    const Posterior posterior = computePosterior(poses, kSeeing);
+    for (std::size_t i = 1; i < poses.size(); ++i) {
+      ASSERT_GE(posterior.poses[i - 1], posterior.poses[i]);
+      not_by_score += poses[i - 1].score < poses[i].score;
+    }
+  }
+  EXPECT_GT(not_by_score, 0); // the prior counts, too
 }
 
 } // namespace

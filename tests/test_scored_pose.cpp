@@ -6,13 +6,15 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
-#include <vector>
 
 namespace pcl_ssfr {
 namespace {
 
-/// Ten voices and 12 square metres; \p matched and \p contradicted voices, half of each facing their sensor.
+constexpr double kContradictionWeight = 14;
+
+/// Ten votes and 12 square metres; \p matched and \p contradicted votes, half of the matches facing their sensor.
 SurfaceEvidence
 evidenceOf(double matched, double contradicted)
 {
@@ -23,13 +25,15 @@ evidenceOf(double matched, double contradicted)
   return e;
 }
 
-TEST(Rate, CountsContradictionsFourteenTimes)
+TEST(Rate, WeighsContradictions)
 {
   ScoredPose pose;
-  rate(pose, evidenceOf(6, 0.1));
-  EXPECT_NEAR(pose.score, 0.6 - 14 * 0.01, 1e-12);
-  EXPECT_NEAR(pose.facing_score, 0.6 - 14 * 0.005, 1e-12);
-  EXPECT_EQ(pose.evidence.patches.matched, 6);
+  for (const double weight : {0.0, 1.0, 14.0}) {
+    rate(pose, evidenceOf(6, 0.1), weight);
+    EXPECT_NEAR(pose.score, 0.6 - weight * 0.01, 1e-12);
+    EXPECT_NEAR(pose.facing_score, 0.6 - weight * 0.005, 1e-12);
+    EXPECT_EQ(pose.evidence.patches.matched, 6);
+  }
 }
 
 TEST(Rate, MoreForItIsBetterAndMoreAgainstItWorse)
@@ -38,9 +42,9 @@ TEST(Rate, MoreForItIsBetterAndMoreAgainstItWorse)
   for (int trial = 0; trial < 200; ++trial) {
     const double matched = random.uniform(0, 5), contradicted = random.uniform(0, 5);
     ScoredPose pose, more, against;
-    rate(pose, evidenceOf(matched, contradicted));
-    rate(more, evidenceOf(matched + random.uniform(0.01, 1), contradicted));
-    rate(against, evidenceOf(matched, contradicted + random.uniform(0.01, 1)));
+    rate(pose, evidenceOf(matched, contradicted), kContradictionWeight);
+    rate(more, evidenceOf(matched + random.uniform(0.01, 1), contradicted), kContradictionWeight);
+    rate(against, evidenceOf(matched, contradicted + random.uniform(0.01, 1)), kContradictionWeight);
     EXPECT_GT(more.score, pose.score);
     EXPECT_LT(against.score, pose.score);
   }
@@ -49,40 +53,20 @@ TEST(Rate, MoreForItIsBetterAndMoreAgainstItWorse)
 TEST(Rate, NoSurfaceNoScore)
 {
   ScoredPose pose;
-  rate(pose, SurfaceEvidence());
+  rate(pose, SurfaceEvidence(), kContradictionWeight);
   EXPECT_EQ(pose.score, 0);
   EXPECT_EQ(pose.facing_score, 0);
 }
 
-TEST(SortByScore, BestFirstAndEqualsInTheirOrder)
+TEST(PoseDistance, OfARotationAboutTheOrigin)
 {
-  testing::Random random(2);
-  std::vector<ScoredPose> poses(300);
-  for (std::size_t i = 0; i < poses.size(); ++i) {
-    poses[i].score = random.index(20) - 10;
-    poses[i].facing_score = static_cast<double>(i); // where it stood
-  }
-  sortByScore(poses);
-  for (std::size_t i = 1; i < poses.size(); ++i) {
-    ASSERT_GE(poses[i - 1].score, poses[i].score);
-    if (poses[i - 1].score == poses[i].score) {
-      ASSERT_LT(poses[i - 1].facing_score, poses[i].facing_score);
-    }
-  }
-  std::vector<ScoredPose> none;
-  sortByScore(none);
-  EXPECT_TRUE(none.empty());
-}
-
-TEST(PoseDistance, OfATurnAboutTheOrigin)
-{
-  const double turn = 0.5;
+  const double angle = 0.5;
   const Eigen::Isometry3d a = Eigen::Isometry3d::Identity();
-  const Eigen::Isometry3d b(Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitZ()));
-  EXPECT_NEAR(turnBetween(a, b), turn, 1e-12);
-  EXPECT_NEAR(shiftBetween(a, b, Eigen::Vector3d(2, 0, 7)), 4 * std::sin(turn / 2), 1e-12);
-  EXPECT_NEAR(shiftBetween(a, b, Eigen::Vector3d(0, 0, 7)), 0, 1e-12); // on the axis
-  EXPECT_EQ(turnBetween(b, b), 0);
+  const Eigen::Isometry3d b(Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitZ()));
+  EXPECT_NEAR(rotationBetween(a, b), angle, 1e-12);
+  EXPECT_NEAR(translationBetween(a, b, Eigen::Vector3d(2, 0, 7)), 4 * std::sin(angle / 2), 1e-12);
+  EXPECT_NEAR(translationBetween(a, b, Eigen::Vector3d(0, 0, 7)), 0, 1e-12); // on the axis
+  EXPECT_EQ(rotationBetween(b, b), 0);
 }
 
 TEST(PoseDistance, IsTheSameBothWaysAndInAnyTargetFrame)
@@ -92,13 +76,53 @@ TEST(PoseDistance, IsTheSameBothWaysAndInAnyTargetFrame)
     const Eigen::Isometry3d a = testing::randomMotion(random, 20), b = testing::randomMotion(random, 20),
                             frame = testing::randomMotion(random, 100);
     const Eigen::Vector3d place(random.uniform(-5, 5), random.uniform(-5, 5), random.uniform(-5, 5));
-    EXPECT_NEAR(turnBetween(a, b), turnBetween(b, a), 1e-9);
-    EXPECT_NEAR(turnBetween(frame * a, frame * b), turnBetween(a, b), 1e-7);
-    EXPECT_NEAR(shiftBetween(frame * a, frame * b, place), shiftBetween(b, a, place), 1e-9);
+    EXPECT_NEAR(rotationBetween(a, b), rotationBetween(b, a), 1e-9);
+    EXPECT_NEAR(rotationBetween(frame * a, frame * b), rotationBetween(a, b), 1e-7);
+    EXPECT_NEAR(translationBetween(frame * a, frame * b, place), translationBetween(b, a, place), 1e-9);
   }
 }
 
-TEST(Describe, TellsSharesOfTheSurface)
+TEST(ThirdDirection, ByHand)
+{
+  SurfaceEvidence e;
+  EXPECT_EQ(thirdDirection(e), 0); // no surface
+  e.total = 12;
+  e.matched_normals = Eigen::Vector3d(3, 1, 2).asDiagonal();
+  EXPECT_NEAR(thirdDirection(e), 1.0 / 12, 1e-12);
+  e.matched_normals(1, 1) = 0; // a corridor
+  EXPECT_NEAR(thirdDirection(e), 0, 1e-12);
+  e.matched_normals = 4 * Eigen::Matrix3d::Identity(); // all of it, evenly
+  EXPECT_NEAR(thirdDirection(e), 1.0 / 3, 1e-12);
+}
+
+TEST(ThirdDirection, IsTheMinimumOverAllDirectionsAndRotatesWithTheScene)
+{
+  testing::Random random(6);
+  for (int trial = 0; trial < 10; ++trial) {
+    SurfaceEvidence e;
+    for (int i = 0; i < 50; ++i) {
+      const Eigen::Vector3d n = testing::randomRotation(random).col(0);
+      const double weight = random.uniform(0.1, 2);
+      e.total += weight;
+      if (random.uniform(0, 1) < 0.3 + 0.6 * std::abs(n.x())) // more of what faces x
+        e.matched_normals += weight * n * n.transpose();
+    }
+    const double share = thirdDirection(e);
+    double smallest = 1;
+    for (int i = 0; i < 20000; ++i) {
+      const Eigen::Vector3d v = testing::randomRotation(random).col(0);
+      smallest = std::min(smallest, v.dot(e.matched_normals * v) / e.total);
+    }
+    EXPECT_LE(share, smallest + 1e-12);
+    EXPECT_NEAR(share, smallest, 2e-3);
+    EXPECT_LE(share, 1.0 / 3);
+    const Eigen::Matrix3d R = testing::randomRotation(random);
+    e.matched_normals = (R * e.matched_normals * R.transpose()).eval();
+    EXPECT_NEAR(thirdDirection(e), share, 1e-9);
+  }
+}
+
+TEST(Describe, GivesSharesOfTheSurface)
 {
   ScoredPose pose;
   SurfaceEvidence e = evidenceOf(6, 0.1);
@@ -106,8 +130,8 @@ TEST(Describe, TellsSharesOfTheSurface)
   e.contradicted = 0.3;
   e.unmatched = 1.2;
   e.matched_normals = Eigen::Vector3d(3, 1, 2).asDiagonal();
-  e.visible_normals = Eigen::Vector3d(4, 2, 2).asDiagonal();
-  rate(pose, e);
+  rate(pose, e, kContradictionWeight);
+  pose.T_target_source.translation().x() = 3;
   pose.from_guess = true;
   const Candidate c = describe(pose);
   EXPECT_NEAR(c.overlap, 0.5, 1e-12);
@@ -118,7 +142,10 @@ TEST(Describe, TellsSharesOfTheSurface)
   EXPECT_NEAR(c.evidence.facing_matched, 0.6, 1e-12);
   EXPECT_EQ(c.evidence.facing_score, pose.facing_score);
   EXPECT_NEAR(c.evidence.third_direction, 1.0 / 12, 1e-12);
-  EXPECT_NEAR(c.evidence.weakest_direction, 0.5, 1e-12);
+  EXPECT_EQ(c.evidence.patches, 10);
+  EXPECT_EQ(c.evidence.facing_patches, 5);
+  EXPECT_EQ(c.probability, 0); // for the caller to fill in
+  EXPECT_TRUE(c.T_target_source.isApprox(Eigen::Isometry3d::Identity(), 0));
   EXPECT_EQ(c.score, pose.score);
   EXPECT_TRUE(c.from_guess);
 }
