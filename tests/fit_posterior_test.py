@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Copyright (c) 2026, pcl_ssfr contributors
-"""scripts/fit_posterior: numbers that made up data was drawn with are found again; exits with 77 without numpy or scipy."""
+"""scripts/fit_posterior: the numbers that made-up data was drawn with. Exits with 77 without numpy or scipy."""
 import contextlib
 import csv
 import importlib.machinery
@@ -38,7 +38,8 @@ def model(candidates, numbers, blind):
             of_matches * numpy.log(matches + 1))
     none = 1 / (1 + numpy.exp(odds))
     scores = numpy.array([c["score"] for c in candidates])
-    weights = numpy.exp(significance * scores * numpy.sqrt(best["patches"]) + lead * numpy.log(numpy.maximum(scores, 0.005)))
+    weights = numpy.exp(significance * scores * numpy.sqrt(best["patches"]) +
+                        lead * numpy.log(numpy.maximum(scores, 0.005)))
     return (1 - none) * weights / weights.sum(), none
 
 
