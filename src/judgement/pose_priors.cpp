@@ -30,6 +30,13 @@ information(double deviation)
   return 1 / std::pow(std::max(deviation, kLeastDeviation), 2);
 }
 
+/// Information on the rotation of a refined pose, which errs by itself [1/rad^2].
+double
+poseInformation(double deviation)
+{
+  return 1 / (std::pow(deviation, 2) + std::pow(kRefinedMargin, 2));
+}
+
 } // namespace
 
 PosePriors::PosePriors(const Options& options,
@@ -100,10 +107,10 @@ PosePriors::logPrior(const Eigen::Isometry3d& T_target_source) const
   double log_prior = 0;
   if (gravity_) {
     const double tilt = angleOf(T_target_source.linear() * gravity_->up_source, gravity_->up_target);
-    log_prior -= 0.5 * std::pow(tilt * kToleranceDeviations / gravity_->tolerance, 2);
+    log_prior -= 0.5 * std::pow(tilt, 2) * poseInformation(gravity_->tolerance / kToleranceDeviations);
   }
   if (guess_)
-    log_prior -= 0.5 * (std::pow(rotationBetween(T_target_source, *guess_) / tolerance_.rotation, 2) +
+    log_prior -= 0.5 * (std::pow(rotationBetween(T_target_source, *guess_), 2) * poseInformation(tolerance_.rotation) +
                         std::pow(translationBetween(T_target_source, *guess_, place_) / tolerance_.translation, 2));
   if (hint_) {
     const double distance =

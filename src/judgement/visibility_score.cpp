@@ -20,6 +20,15 @@ WeightedEvidence::operator+=(const WeightedEvidence& other)
   return *this;
 }
 
+WeightedEvidence&
+WeightedEvidence::operator*=(double factor)
+{
+  total *= factor;
+  matched *= factor;
+  contradicted *= factor;
+  return *this;
+}
+
 SurfaceEvidence&
 SurfaceEvidence::operator+=(const SurfaceEvidence& other)
 {

@@ -31,6 +31,8 @@ struct WeightedEvidence {
 
   WeightedEvidence&
   operator+=(const WeightedEvidence& other);
+  WeightedEvidence&
+  operator*=(double factor);
 };
 
 /// The fate of the surface of a scan in the other scan; all in weight (square metres).

@@ -225,7 +225,11 @@ PatchPair::score(ScoredPose& pose, const VisibilityOptions& options) const
   SurfaceEvidence back =
       collectEvidence(target_.patches.samples, source_.index, freeSpace(source_), T.inverse(), options);
   back.matched_normals = (T.linear() * back.matched_normals * T.linear().transpose()).eval();
-  rate(pose, both += back, config_.judgement.evidence.contradiction_weight);
+  both += back;
+  // The fourth root of an area grows with the square root of the scale: the posterior counts patches at scale 1.
+  both.patches *= 1 / std::sqrt(scale_);
+  both.facing *= 1 / std::sqrt(scale_);
+  rate(pose, both, config_.judgement.evidence.contradiction_weight);
   pose.log_prior = priors_.logPrior(T) + (laysSensorOnSensor(T) ? std::log(config_.judgement.sensor_on_sensor) : 0.0);
 }
 
