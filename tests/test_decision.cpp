@@ -362,10 +362,12 @@ statusByTheRules(const std::vector<ScoredPose>& poses, const DecisionContext& co
   const SurfaceEvidence& e = poses.front().evidence;
   const double sum = std::accumulate(context.posterior.poses.begin(), context.posterior.poses.end(), 0.0);
   Status status = Status::Converged;
-  if (sum < context.min_confidence || poses.front().score <= 0)
-    status = e.contradicted > 0.1 * e.visible() ? Status::Contradicted : Status::LowOverlap;
-  else if (!is_determined)
+  const bool is_probably_none = sum < context.min_confidence || poses.front().score <= 0;
+  const bool meets = e.matched >= 0.15 * e.total;
+  if (!is_determined && poses.front().score > 0 && (meets || !is_probably_none))
     status = Status::Unobservable;
+  else if (is_probably_none)
+    status = e.contradicted > 0.1 * e.visible() ? Status::Contradicted : Status::LowOverlap;
   else if (context.posterior.poses.front() < context.min_confidence)
     status = Status::Ambiguous;
   return status != Status::Converged && !context.few_directions.empty() ? Status::TooFewDirections : status;

@@ -58,7 +58,7 @@ allFields()
   using Search = ViewpointSearchConfig;
   std::vector<Field> fields = {
       field("smallest_radius", &Config::smallest_radius),
-      field("largest_radius", &Config::largest_radius),
+      field("largest_radius", &Config::largest_radius, true), // so large scenes are sparse: min_points_per_cell decides
       field("min_points_per_cell", &Config::min_points_per_cell),
       field("leaf", &Config::leaf),
       field("thickness", &Config::thickness),
@@ -69,20 +69,20 @@ allFields()
       field("density_radius", &Config::density_radius),
       field("silence_chord", &Config::silence_chord),
       field("min_relative_density", &Config::min_relative_density),
-      field("max_density_queries", &Config::max_density_queries, true), // bounds the time only
+      field("max_density_queries", &Config::max_density_queries),
       field("index_voxel", &Config::index_voxel),
       field("range_cell", &Config::range_cell),
       field("coarse_patches", &Config::coarse_patches),
       field("polish_points", &Config::polish_points),
       field("polish_group", &Config::polish_group),
-      field("max_polish_points", &Config::max_polish_points, true), // of larger scans than these
+      field("max_polish_points", &Config::max_polish_points),
       field("viewpoint.reach", &Search::reach),
       field("viewpoint.depth_ratio", &Search::depth_ratio),
       field("viewpoint.depth_margin", &Search::depth_margin),
       field("viewpoint.two_depth_weight", &Search::two_depth_weight),
-      field("viewpoint.min_contrast", &Search::min_contrast),
+      field("viewpoint.min_contrast", &Search::min_contrast, true), // these sensors stand out by far
       field("viewpoint.max_two_depths", &Search::max_two_depths),
-      field("viewpoint.contrast_distance", &Search::contrast_distance)};
+      field("viewpoint.contrast_distance", &Search::contrast_distance, true)}; // and so at any distance
   for (std::size_t k = 0; k < Search().levels.size(); ++k) {
     const std::string name = "viewpoint.levels[" + std::to_string(k) + "].";
     fields.push_back({name + "places",

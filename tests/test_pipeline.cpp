@@ -186,7 +186,11 @@ TEST(Honest, aSymmetricRoomIsAmbiguousAndBothAnswersAreListed)
   const Pair pair = scanPair(makeSymmetricRoom(), 0, 1, roomScanner(), 71);
   const Result result = registerPair(pair);
   EXPECT_EQ(result.status, Status::Ambiguous) << result.message;
-  EXPECT_LE(result.confidence, 0.5);
+  // The truth is one of the two, and which of them stays open.
+  ASSERT_GE(result.candidates.size(), 2u);
+  EXPECT_EQ(result.confidence, result.candidates[0].probability);
+  EXPECT_LT(result.candidates[0].probability, 2 * result.candidates[1].probability);
+  EXPECT_GT(result.candidates[0].probability + result.candidates[1].probability, 0.9);
   // Turned by half a turn about the room's middle, the sensor comes to lie elsewhere.
   EXPECT_THAT(result.message, ::testing::HasSubstr("the strongest rival lies "));
   EXPECT_THAT(result.message, ::testing::HasSubstr(" m and 180.0 degrees away"));
@@ -301,7 +305,8 @@ TEST(Viewpoint, mergedScansAreNotBelievedAndStillSolved)
   const Pair pair{transformed(motion, merged), merged, motion.inverse()};
   const Result result = registerPair(pair);
   EXPECT_EQ(result.source_viewpoint_used, result.source_viewpoint_found) << "the origin is no sensor of all three";
-  EXPECT_EQ(result.target_viewpoint_used, result.target_viewpoint_found);
+  // The target's origin is where one of its three scans was taken from: whether that will do is for the points to say.
+  EXPECT_TRUE(result.accepted()) << result.message;
   EXPECT_THAT(result.T_target_source, IsPoseNear(pair.T_target_source, 0.1 * kDegree, 0.01)) << result.message;
 }
 

@@ -197,8 +197,9 @@ TEST(LogPrior, AVerticalIsGaussianInTheTilt)
   const PosePriors priors(withVertical(0.3, 2 * up_source, 3 * up_target), std::nullopt, kPlace, kRadius, 1);
   const Eigen::Matrix3d R_upright = Eigen::Quaterniond::FromTwoVectors(up_source, up_target).toRotationMatrix();
   testing::Random random(7);
-  for (const auto& [tilt, expected] :
-       std::initializer_list<std::pair<double, double>>{{0, 0}, {0.1, -0.5}, {0.2, -2}, {0.3, -4.5}, {0.6, -18}}) {
+  // One standard deviation of what is given is 0.1; a refined pose errs by 0.01 besides.
+  for (const double tilt : {0.0, 0.1, 0.2, 0.3, 0.6}) {
+    const double expected = -0.5 * tilt * tilt / (0.1 * 0.1 + 0.01 * 0.01);
     // Rotations about the vertical and translations are as probable as any.
     const Eigen::Matrix3d R = rotationAbout(up_target, random.uniform(-3, 3)) *
                               rotationAbout(up_target.unitOrthogonal(), tilt) * R_upright *
@@ -221,11 +222,13 @@ TEST(LogPrior, AGuessOfKnownToleranceIsGaussianInRotationAndTranslation)
                                              distance * testing::randomRotation(random).col(0)));
   };
   EXPECT_NEAR(at(0, 0), 0, 1e-9);
-  EXPECT_NEAR(at(0.1, 0), -0.5, 1e-9);
+  // A refined pose errs by 0.01 rad besides.
+  const double rotation = 0.5 * 0.1 * 0.1 / (0.1 * 0.1 + 0.01 * 0.01);
+  EXPECT_NEAR(at(0.1, 0), -rotation, 1e-9);
   EXPECT_NEAR(at(0, 2), -0.5, 1e-9);
-  EXPECT_NEAR(at(0.1, 2), -1, 1e-9);
-  EXPECT_NEAR(at(0.3, 0), -4.5, 1e-9);
-  EXPECT_NEAR(at(0.2, 6), -6.5, 1e-9);
+  EXPECT_NEAR(at(0.1, 2), -rotation - 0.5, 1e-9);
+  EXPECT_NEAR(at(0.3, 0), -9 * rotation, 1e-9);
+  EXPECT_NEAR(at(0.2, 6), -4 * rotation - 4.5, 1e-9);
 }
 
 TEST(LogPrior, AVerticalAndAGuessAddUp)
@@ -238,8 +241,16 @@ TEST(LogPrior, AVerticalAndAGuessAddUp)
   const PosePriors vertical(withVertical(0.3, up, up), std::nullopt, kPlace, kRadius, 1);
   const PosePriors near_guess(withTolerance(0.1, 2), guess, kPlace, kRadius, 1);
   const Eigen::Isometry3d T = poseAbout(kPlace, rotationAbout(Eigen::Vector3d::UnitX(), 0.1), Eigen::Vector3d(0, 2, 0));
-  EXPECT_NEAR(priors.logPrior(T), -1.5, 1e-9);
+  EXPECT_NEAR(priors.logPrior(T), -0.5 - 1 / (1 + 0.01), 1e-9);
   EXPECT_NEAR(priors.logPrior(T), vertical.logPrior(T) + near_guess.logPrior(T), 1e-12);
+}
+
+TEST(LogPrior, ATinyToleranceDoesNotTellRefinedPosesApart)
+{
+  const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
+  const PosePriors priors(withVertical(1e-4, up, up), std::nullopt, kPlace, kRadius, 1);
+  const Eigen::Isometry3d T(rotationAbout(Eigen::Vector3d::UnitX(), 0.01));
+  EXPECT_NEAR(priors.logPrior(T), -0.5, 1e-3);
 }
 
 TEST(LogPrior, AGuessWithoutAToleranceHasABoundedInfluence)

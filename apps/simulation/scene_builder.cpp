@@ -152,7 +152,7 @@ SceneBuilder::placeAtWall(const SurfaceModel& part, const Rect& room, double z, 
 {
   const Eigen::AlignedBox3d box = boundsOf(part);
   // Yaw that turns the part's front (+y) into the room, and the wall as a line.
-  const double yaw = side * kPi / 2;
+  const double yaw = static_cast<int>(side) * kPi / 2;
   const Eigen::Matrix2d turn = Eigen::Rotation2Dd(yaw).toRotationMatrix();
   const double length = side == South || side == North ? room.width() : room.depth();
   const double across = side == South || side == North ? room.depth() : room.width();

@@ -153,7 +153,7 @@ struct PosteriorConfig {
 /// What follows from the posterior.
 struct JudgementConfig {
   EvidenceConfig evidence;
-  PosteriorConfig posterior = {1.09, 5.73, 1.49, 1.58, 0.86, 4.65};
+  PosteriorConfig posterior = {1.59, 5.73, 1.49, 1.58, 0.5, 9.0};
   /// The same where a viewpoint is not known: nothing can contradict.
   PosteriorConfig posterior_blind = {0.40, 0, 1.08, 0.99, 0.38, 1.93};
   double rival = 0.05;            ///< odds beside the best pose from which on another one is polished too

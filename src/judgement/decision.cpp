@@ -136,12 +136,14 @@ decide(const std::vector<ScoredPose>& poses, const DecisionContext& context)
   if (is_undetermined)
     decision.confidence = std::min(decision.confidence, context.config.undetermined);
 
-  if (!(best.score > 0) || context.posterior.none > 1 - context.min_confidence)
-    refuse(decision, best, context);
-  else if (is_undetermined) {
+  const bool is_probably_none = !(best.score > 0) || context.posterior.none > 1 - context.min_confidence;
+  // Where much of the surface meets, what the scene does not determine is the reason for both.
+  if (is_undetermined && best.score > 0 && (!is_probably_none || best.overlap >= kFairOverlap)) {
     decision.status = Status::Unobservable;
     decision.message = unobservableText(decision, context.uncertainty);
   }
+  else if (is_probably_none)
+    refuse(decision, best, context);
   else if (decision.confidence < context.min_confidence)
     reportAmbiguous(decision, poses, context);
   else {

@@ -38,9 +38,10 @@ struct Decision {
 
 /** \brief Decide on the most probable of some distinct poses (METHOD, "Decision"): never a confident wrong pose.
  *
- * All follows from the posterior and the uncertainty, b being the confidence that is asked for. The truth is probably
- * not among the poses (none > 1 - b): contradicted or low overlap, whichever is the reason. Else a direction that the
- * scene does not determine: unobservable. Else the first pose is accepted from b on; less than b, though the truth
+ * All follows from the posterior and the uncertainty, b being the confidence that is asked for. A direction that the
+ * scene does not determine, where the truth is probably among the poses or much of the surface meets: unobservable. The
+ * truth is probably not among the poses (none > 1 - b): contradicted or low overlap, whichever is the reason. Else the
+ * first pose is accepted from b on; less than b, though the truth
  * probably is among the poses, is ambiguous. \param[in] poses distinct, most probable first, at least one
  */
 Decision

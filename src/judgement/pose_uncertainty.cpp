@@ -65,6 +65,7 @@ principalTranslations(const Eigen::Matrix3d& information)
 {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(information);
   std::vector<PrincipalTranslation> translations;
+  translations.reserve(3);
   for (int k = 0; k < 3; ++k)
     translations.push_back(
         {solver.eigenvectors().col(k), std::max(0.0, solver.eigenvalues()[k] / solver.eigenvalues()[2])});
@@ -83,6 +84,7 @@ principalRotations(const Matrix6& information)
   // Rounding leaves some information where there is none.
   const double most = information.topLeftCorner<3, 3>().trace();
   std::vector<PrincipalRotation> rotations;
+  rotations.reserve(3);
   for (int k = 0; k < 3; ++k) {
     const double deviation = deviationOf(solver.eigenvalues()[k], most);
     rotations.push_back({solver.eigenvectors().col(k),

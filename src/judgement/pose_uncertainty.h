@@ -85,9 +85,9 @@ struct UncertaintyBounds {
   /// Least strength of a translation that is determined. Relative, because no deviation tells it: in a corridor without
   /// an end small tilted patches err alike in both scans, and claim a place along it to a few centimetres.
   double min_translation = 0.005;
-  /// Largest standard deviation of a rotation that is determined [rad]: one degree, as a pose should be known to two
-  /// with two standard deviations.
-  double max_rotation = 0.01745;
+  /// Largest standard deviation of a rotation that is determined [rad]: nine of ten such poses are right to two
+  /// degrees.
+  double max_rotation = 0.0212;
   /// Standard deviation of the matched surface along a motion from which on the pose may be in the wrong one of several
   /// optima [m], at scale 1: these lie 0.15 m apart and more.
   double explored = 0.005;

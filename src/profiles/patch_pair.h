@@ -147,7 +147,6 @@ private:
   Deadline deadline_;
   double scale_;
   PatchProfileConfig config_;
-  double noise_; ///< of the scans, 1 when usual
   bool either_side_;
   int threads_;
   PosePriors priors_;
