@@ -73,7 +73,7 @@ struct PreparationConfig {
   int polish_group = 25;         ///< ... thinned points of a patch for the polish; larger groups ...
   int max_polish_points = 20000; ///< ... where they would be more in all than this
 
-  ViewpointSearchConfig viewpoint;
+  ViewpointSearchConfig viewpoint; ///< where the place of the sensor is not known
 };
 
 /// One pass of the search for poses: how many of them it looks at.
@@ -97,6 +97,7 @@ struct SearchConfig {
   /// Of 271 real pairs all solved ones had a pose near the truth with 0.65 of the most votes, of 375 simulated ones 373
   /// with 0.4.
   SearchPass much_overlap = {5, 8, 80, 0.4, 8, false};
+  /// For scans that share little, when the first pass does not decide: three times as many poses.
   SearchPass little_overlap = {8, 24, 240, 0, 16, true};
 };
 
@@ -152,7 +153,8 @@ struct PosteriorConfig {
 
 /// What follows from the posterior.
 struct JudgementConfig {
-  EvidenceConfig evidence;
+  EvidenceConfig evidence; ///< what counts for a pose and against it
+  /// Where both sensors' places are known or found.
   PosteriorConfig posterior = {1.59, 5.73, 1.49, 1.58, 0.5, 9.0};
   /// The same where a viewpoint is not known: nothing can contradict.
   PosteriorConfig posterior_blind = {0.40, 0, 1.08, 0.99, 0.38, 1.93};
@@ -170,10 +172,10 @@ struct JudgementConfig {
 
 /// All numbers of Profile::Default beyond the options.
 struct PatchProfileConfig {
-  PreparationConfig preparation;
-  SearchConfig search;
-  RefinementConfig refinement;
-  JudgementConfig judgement;
+  PreparationConfig preparation; ///< of each scan
+  SearchConfig search;           ///< for poses
+  RefinementConfig refinement;   ///< of poses
+  JudgementConfig judgement;     ///< of poses
 };
 
 /// The preparation of a scene of another \p scale > 0: every length that is given at scale 1 is multiplied by it.

@@ -26,9 +26,12 @@ registerScans(const PreparedScan& source,
               const Options& options,
               const Eigen::Isometry3d* guess = nullptr);
 
-/** \brief The same with a \p deadline that may have been set earlier, in place of Options::time_limit: given to
- * prepareScans() and to this, it covers both.
- * \param[out] trace optional: what the search of Profile::Default proposed; the result is the same with and without
+/** \brief The same with a deadline that may have been set earlier, in place of Options::time_limit.
+ * \param[in] source,target,options,guess as above; \p guess may be null
+ * \param[in] deadline given to prepareScans() and to this, it covers both
+ * \param[out] trace what the search of Profile::Default proposed, may be null; the result is the same with and without
+ * \return as above
+ * \throw std::invalid_argument when \p options are out of range
  */
 PCL_SSFR_EXPORT Result
 registerScans(const PreparedScan& source,
