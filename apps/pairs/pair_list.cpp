@@ -74,6 +74,7 @@ std::vector<ListedPair>
 listedPairs(const std::vector<ScanPair>& pairs)
 {
   std::vector<ListedPair> listed;
+  listed.reserve(pairs.size());
   for (const ScanPair& pair : pairs)
     listed.push_back({pair.source, pair.target, pair.T_target_source});
   return listed;
