@@ -326,11 +326,10 @@ TEST(PrincipalMotions, AlongTheCorridorFirst)
   EXPECT_GT(std::abs(u.motions[0].motion[3]), 0.95);
   EXPECT_LT(u.motions[0].motion.head<3>().norm() * 5, 0.3); // at the ends of the corridor [m]
   // And it is the one that is explored.
-  UncertaintyBounds bounds;
-  bounds.explored = 0.5 * u.motions[0].deviation;
-  ASSERT_EQ(motionsToExplore(u, 1, bounds).size(), 1U);
-  EXPECT_EQ(motionsToExplore(u, 1, bounds)[0].motion, u.motions[0].motion);
-  EXPECT_TRUE(motionsToExplore(u, 3, bounds).empty()); // not enough in a larger scene
+  const double deviation = 0.5 * u.motions[0].deviation;
+  ASSERT_EQ(motionsToExplore(u, deviation).size(), 1U);
+  EXPECT_EQ(motionsToExplore(u, deviation)[0].motion, u.motions[0].motion);
+  EXPECT_TRUE(motionsToExplore(u, 3 * deviation).empty()); // not enough in a larger scene
 }
 
 TEST(UnobservableDirections, NoneInARoom)

@@ -171,11 +171,11 @@ unobservableDirections(const PoseUncertainty& uncertainty, const UncertaintyBoun
 }
 
 std::vector<PrincipalMotion>
-motionsToExplore(const PoseUncertainty& uncertainty, double scale, const UncertaintyBounds& bounds)
+motionsToExplore(const PoseUncertainty& uncertainty, double deviation)
 {
   std::vector<PrincipalMotion> motions;
   for (const PrincipalMotion& m : uncertainty.motions)
-    if (m.deviation > bounds.explored * scale)
+    if (m.deviation > deviation)
       motions.push_back(m);
   return motions;
 }

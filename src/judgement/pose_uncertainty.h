@@ -88,9 +88,6 @@ struct UncertaintyBounds {
   /// Largest standard deviation of a rotation that is determined [rad]: nine of ten such poses are right to two
   /// degrees.
   double max_rotation = 0.0212;
-  /// Standard deviation of the matched surface along a motion from which on the pose may be in the wrong one of several
-  /// optima [m], at scale 1: these lie 0.15 m apart and more.
-  double explored = 0.005;
 };
 
 /// Directions that the scene leaves undetermined: translations that hardly any matched surface faces, then rotations
@@ -98,8 +95,9 @@ struct UncertaintyBounds {
 std::vector<UnobservableDirection>
 unobservableDirections(const PoseUncertainty& uncertainty, const UncertaintyBounds& bounds = {});
 
-/// The motions along which neighbouring optima are worth a look, least determined first. \param[in] scale of the scene
+/// The motions along which neighbouring optima are worth a look, least determined first: those along which the standard
+/// deviation of the matched surface is above \p deviation [m].
 std::vector<PrincipalMotion>
-motionsToExplore(const PoseUncertainty& uncertainty, double scale, const UncertaintyBounds& bounds = {});
+motionsToExplore(const PoseUncertainty& uncertainty, double deviation);
 
 } // namespace pcl_ssfr

@@ -10,6 +10,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <utility>
 
 namespace pcl_ssfr {
@@ -86,21 +87,18 @@ neighboursOf(const PatchPair& pair, const ScoredPose& best)
 {
   const RefinementConfig& config = pair.config().refinement;
   const PoseUncertainty uncertainty = uncertaintyOf(pair, best);
+  const std::vector<PrincipalMotion> motions = motionsToExplore(uncertainty, config.explored_deviation);
   std::vector<ScoredPose> neighbours;
-  for (std::size_t k = 0; k < std::min(static_cast<std::size_t>(config.explored_motions), uncertainty.motions.size());
-       ++k) {
-    if (!(uncertainty.motions[k].deviation > config.explored_deviation))
-      continue;
+  for (std::size_t k = 0; k < std::min(static_cast<std::size_t>(config.explored_motions), motions.size()); ++k)
     for (const double distance : {config.explored_distance, 2 * config.explored_distance})
       for (const int sign : {-1, 1}) {
         ScoredPose neighbour = best;
         neighbour.polish.reset();
         neighbour.T_target_source = Eigen::Translation3d(uncertainty.centre) *
-                                    expSe3(sign * distance * uncertainty.motions[k].motion) *
+                                    expSe3(sign * distance * motions[k].motion) *
                                     Eigen::Translation3d(-uncertainty.centre) * best.T_target_source;
         neighbours.push_back(neighbour);
       }
-  }
   return neighbours;
 }
 
@@ -136,12 +134,10 @@ escapeLocalOptimum(const PatchPair& pair, ScoredPose& best)
   }
 }
 
-} // namespace
-
+/// The poses that are none of those before them, at most \p most.
 std::vector<ScoredPose>
-keepDistinct(const PatchPair& pair, std::vector<ScoredPose> poses, std::size_t most)
+firstDistinct(const PatchPair& pair, std::vector<ScoredPose> poses, std::size_t most)
 {
-  sortByWeight(poses, pair.posteriorConfig());
   std::vector<ScoredPose> distinct;
   for (ScoredPose& pose : poses) {
     if (distinct.size() >= most)
@@ -153,6 +149,15 @@ keepDistinct(const PatchPair& pair, std::vector<ScoredPose> poses, std::size_t m
       distinct.push_back(std::move(pose));
   }
   return distinct;
+}
+
+} // namespace
+
+std::vector<ScoredPose>
+keepDistinct(const PatchPair& pair, std::vector<ScoredPose> poses, std::size_t most)
+{
+  sortByWeight(poses, pair.posteriorConfig());
+  return firstDistinct(pair, std::move(poses), most);
 }
 
 std::vector<ScoredPose>
@@ -203,14 +208,8 @@ polishLeaders(const PatchPair& pair, std::vector<ScoredPose> poses, StageLog& st
   others.insert(others.end(), polished.begin() + 1, polished.end());
   sortByWeight(others, config);
   others.insert(others.begin(), best);
-  std::vector<ScoredPose> distinct;
-  for (const ScoredPose& pose : others)
-    if (std::none_of(distinct.begin(), distinct.end(), [&](const ScoredPose& other) {
-          return pair.isSamePlace(pose.T_target_source, other.T_target_source);
-        }))
-      distinct.push_back(pose);
   stages.report("polish", points, static_cast<std::uint64_t>(best.polish->matches));
-  return distinct;
+  return firstDistinct(pair, std::move(others), std::numeric_limits<std::size_t>::max());
 }
 
 PoseUncertainty
