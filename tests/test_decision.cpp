@@ -135,7 +135,7 @@ TEST(Decision, NamesTheDirectionThatIsNotDetermined)
 {
   const Decision d = decide({poseAt(kX, 0.6)}, contextOf({0.95}, polishInACorridor()));
   EXPECT_EQ(d.status, Status::Unobservable);
-  EXPECT_EQ(d.confidence, JudgementConfig().undetermined);
+  EXPECT_EQ(d.confidence, JudgementConfig().unsettled);
   ASSERT_EQ(d.unobservable.size(), 1U);
   EXPECT_NEAR(std::abs(d.unobservable[0].direction.x()), 1, 1e-9);
   EXPECT_FALSE(d.unobservable[0].rotation);
@@ -161,7 +161,7 @@ TEST(Decision, NamesTheRotationThatIsPoorlyConstrained)
   DecisionContext context = contextOf({0.95}, polish);
   const Decision d = decide({poseAt(kX, 0.6)}, context);
   EXPECT_EQ(d.status, Status::Unobservable);
-  EXPECT_LE(d.confidence, JudgementConfig().undetermined);
+  EXPECT_LE(d.confidence, JudgementConfig().unsettled);
   ASSERT_FALSE(d.unobservable.empty());
   EXPECT_TRUE(d.unobservable[0].rotation);
   EXPECT_THAT(d.message,
@@ -327,7 +327,7 @@ TEST(Decision, TheTimeRanOut)
   context.is_cut_short = true;
   const Decision d = decide({poseAt(kX, 0.6)}, context);
   EXPECT_EQ(d.status, Status::TimeLimit);
-  EXPECT_EQ(d.confidence, JudgementConfig().unfinished);
+  EXPECT_EQ(d.confidence, JudgementConfig().unsettled);
   EXPECT_THAT(d.message, StartsWith("the time limit cut the search short; so far: 60 % of the surface"));
   // It makes nothing surer than it was, and hides nothing of what was found.
   context = contextOf({0.2}, polishInACorridor());

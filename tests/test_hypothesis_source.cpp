@@ -212,10 +212,10 @@ TEST_F(HypothesesOfARoom, PassesDifferAsConfigured)
   const SearchConfig& config = scans.config().search;
   const PoseSearchOptions much = source.searchOptions(config.much_overlap);
   const PoseSearchOptions little = source.searchOptions(config.little_overlap);
-  EXPECT_FALSE(much.little_overlap);
-  EXPECT_TRUE(little.little_overlap);
-  EXPECT_EQ(much.peaks_first, config.much_overlap.peaks_first);
-  EXPECT_EQ(little.peaks_second, config.little_overlap.peaks_second);
+  EXPECT_FALSE(much.pass.little_overlap);
+  EXPECT_TRUE(little.pass.little_overlap);
+  EXPECT_EQ(much.pass.peaks_first, config.much_overlap.peaks_first);
+  EXPECT_EQ(little.pass.peaks_second, config.little_overlap.peaks_second);
   EXPECT_EQ(much.contradiction_weight, PoseSearchOptions().contradiction_weight);
   EXPECT_EQ(little.contradiction_weight, scans.config().judgement.evidence.contradiction_weight);
   EXPECT_EQ(much.peak_separation, scans.config().refinement.distinct_distance);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
+#include "common/config_numbers.h"
 #include "patch_scenes.h"
 #include "profiles/patch_profile.h"
 #include "scan_views.h"
@@ -14,9 +15,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
-#include <functional>
+#include <iomanip>
 #include <limits>
+#include <map>
+#include <optional>
+#include <set>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -26,77 +32,43 @@ namespace {
 
 using testing::viewOfPoints;
 
-/// A field of the config: how to change it, and whether the prepared scans may not change with it.
-struct Field {
-  std::string name;
-  std::function<void(PreparationConfig&, double)> multiply;
-  bool is_flat = false;
+const std::vector<double> kFactors = {0.5, 1.7};
+
+/// The numbers whose range is flat from half to 1.7 times their value for all cases below, with the reason.
+const std::map<std::string, std::string> kFlat = {
+    {"preparation.viewpoint.levels[1].places", "so many that the best is among them anyway"},
+    {"search.little_overlap.promising", "0: one batch"},
+    {"refinement.explored_deviation", "poses are known well or not at all"},
+    {"judgement.uncertainty.min_translation", "directions are determined well or not at all; see test_pose_uncertainty"},
+    {"judgement.uncertainty.max_rotation", "the same"},
+    {"judgement.posterior_blind.clear", "0: without free space nothing contradicts"},
+    {"judgement.fair_overlap", "pairs share much or hardly anything; see test_decision"},
+    {"judgement.telling_contradiction", "the same"},
 };
 
-template <typename Value>
-Field
-field(const std::string& name, Value PreparationConfig::*member, bool is_flat = false)
+/// The usual config with number \p k multiplied; none: it may not have that value.
+std::optional<PatchProfileConfig>
+changed(std::size_t k, double factor)
 {
-  return {name,
-          [member](PreparationConfig& config, double factor) {
-            config.*member = static_cast<Value>(static_cast<double>(config.*member) * factor);
-          },
-          is_flat};
-}
-
-Field
-field(const std::string& name, double ViewpointSearchConfig::*member, bool is_flat = false)
-{
-  return {name, [member](PreparationConfig& config, double factor) { config.viewpoint.*member *= factor; }, is_flat};
-}
-
-std::vector<Field>
-allFields()
-{
-  using Config = PreparationConfig;
-  using Search = ViewpointSearchConfig;
-  std::vector<Field> fields = {field("smallest_radius", &Config::smallest_radius),
-                               field("largest_radius", &Config::largest_radius),
-                               field("min_points_per_cell", &Config::min_points_per_cell),
-                               field("leaf", &Config::leaf),
-                               field("thickness", &Config::thickness),
-                               field("max_noise", &Config::max_noise),
-                               field("thin_share", &Config::thin_share),
-                               field("noise_factor", &Config::noise_factor),
-                               field("max_main_normals", &Config::max_main_normals),
-                               field("density_radius", &Config::density_radius),
-                               field("silence_chord", &Config::silence_chord),
-                               field("min_relative_density", &Config::min_relative_density),
-                               field("max_density_queries", &Config::max_density_queries),
-                               field("index_voxel", &Config::index_voxel),
-                               field("range_cell", &Config::range_cell),
-                               field("coarse_patches", &Config::coarse_patches),
-                               field("polish_points", &Config::polish_points),
-                               field("polish_group", &Config::polish_group),
-                               field("max_polish_points", &Config::max_polish_points),
-                               field("viewpoint.reach", &Search::reach),
-                               field("viewpoint.depth_ratio", &Search::depth_ratio),
-                               field("viewpoint.depth_margin", &Search::depth_margin),
-                               field("viewpoint.two_depth_weight", &Search::two_depth_weight),
-                               field("viewpoint.min_contrast", &Search::min_contrast),
-                               field("viewpoint.max_two_depths", &Search::max_two_depths),
-                               field("viewpoint.contrast_distance", &Search::contrast_distance)};
-  for (std::size_t k = 0; k < Search().levels.size(); ++k) {
-    const std::string name = "viewpoint.levels[" + std::to_string(k) + "].";
-    fields.push_back({name + "places",
-                      [k](Config& config, double factor) {
-                        int& places = config.viewpoint.levels[k].places;
-                        places = static_cast<int>(places * factor);
-                      },
-                      k == 1}); // so many that the best is among them anyway
-    fields.push_back({name + "points", [k](Config& config, double factor) {
-                        int& points = config.viewpoint.levels[k].points;
-                        points = static_cast<int>(points * factor);
-                      }});
-    fields.push_back(
-        {name + "step", [k](Config& config, double factor) { config.viewpoint.levels[k].step *= factor; }});
+  PatchProfileConfig config;
+  const ConfigNumber number = numbersOf(config)[k];
+  if (number.count)
+    *number.count = static_cast<int>(std::lround(*number.count * factor));
+  else
+    *number.real *= factor;
+  try {
+    validate(config);
   }
-  return fields;
+  catch (const std::invalid_argument&) {
+    return std::nullopt;
+  }
+  return config;
+}
+
+bool
+isOfPreparation(const std::string& name)
+{
+  return name.rfind("preparation.", 0) == 0;
 }
 
 /// A scan that is prepared, and whether the place of its sensor is to be found.
@@ -170,6 +142,7 @@ fingerprint(const Input& input, const Options& options)
                                  scan.viewpoint_used ? 1. : 0.,
                                  static_cast<double>(scan.patches.size()),
                                  static_cast<double>(scan.coarse.size()),
+                                 static_cast<double>(scan.votes.points.cols()),
                                  static_cast<double>(scan.surface.points.cols()),
                                  static_cast<double>(scan.range_image.size()),
                                  scan.index.voxel()};
@@ -178,25 +151,181 @@ fingerprint(const Input& input, const Options& options)
   return numbers;
 }
 
-TEST(PatchConfig, EveryFieldMattersOrIsFlat)
+TEST(PatchConfig, EveryNumberOfThePreparationMattersOrIsFlat)
 {
   const std::vector<Input> inputs = makeInputs();
   const Options usual = makeOptions(Profile::Default);
   std::vector<std::vector<double>> expected;
   for (const Input& input : inputs)
     expected.push_back(fingerprint(input, usual));
-  for (const Field& f : allFields()) {
+  const std::vector<std::string> names = numberNames();
+  for (std::size_t k = 0; k < names.size(); ++k) {
+    if (!isOfPreparation(names[k]) || names[k] == "preparation.min_points")
+      continue;
     bool changes = false;
     for (std::size_t i = 0; i < inputs.size() && !changes; ++i)
-      for (const double factor : {0.5, 1.7}) {
-        Options options = usual;
-        f.multiply(options.patch_profile.preparation, factor);
-        if (f.name.find("levels") != std::string::npos && inputs[i].mode == ViewpointMode::Auto)
+      for (const double factor : kFactors) {
+        if (names[k].find("levels") != std::string::npos && inputs[i].mode == ViewpointMode::Auto)
           continue; // sensors that are accepted at once
+        Options options = usual;
+        const std::optional<PatchProfileConfig> config = changed(k, factor);
+        if (!config)
+          continue;
+        options.patch_profile = *config;
         changes = changes || fingerprint(inputs[i], options) != expected[i];
       }
-    EXPECT_NE(changes, f.is_flat) << f.name;
+    EXPECT_NE(changes, kFlat.count(names[k]) > 0) << names[k];
   }
+}
+
+/// A pair of scans and what is known of it.
+struct PairCase {
+  Eigen::Matrix3Xf source, target;
+  Options options = makeOptions(Profile::Default);
+  std::optional<Eigen::Isometry3d> guess = std::nullopt;
+};
+
+Eigen::Matrix3Xf
+moved(const Eigen::Matrix3Xf& points, const Eigen::Isometry3f& T)
+{
+  return (T.linear() * points).colwise() + T.translation();
+}
+
+/// Points that a sensor with a narrow view sees.
+Eigen::Matrix3Xf
+ahead(const Eigen::Matrix3Xf& points, float least_cos)
+{
+  std::vector<Eigen::Index> kept;
+  for (Eigen::Index i = 0; i < points.cols(); ++i)
+    if (points(0, i) > least_cos * points.col(i).norm())
+      kept.push_back(i);
+  Eigen::Matrix3Xf some(3, static_cast<Eigen::Index>(kept.size()));
+  for (std::size_t k = 0; k < kept.size(); ++k)
+    some.col(static_cast<Eigen::Index>(k)) = points.col(kept[k]);
+  return some;
+}
+
+/// Pairs that share much, little and nothing, with and without priors, where sensors are known and not, with a
+/// direction that nothing determines, round, symmetric, and of few points.
+std::vector<PairCase>
+makePairs()
+{
+  const Eigen::Matrix3Xf room = load("apartment_0.pcd"), next = load("apartment_1.pcd");
+  const Eigen::Matrix3Xf street = load("street_0.pcd"), farther = load("street_1.pcd");
+  Eigen::Isometry3f T = Eigen::Isometry3f::Identity();
+  T.linear() = Eigen::AngleAxisf(2, Eigen::Vector3f(1, 2, 3).normalized()).toRotationMatrix();
+  std::vector<PairCase> cases = {{room, next}, {street, farther}, {moved(room, T), ahead(next, 0)}};
+  cases.push_back({ahead(street, 0), ahead(farther, 0.3f)});
+  cases.push_back({room, farther});
+  for (const double tolerance : {0.01, 0.3}) {
+    cases.push_back({ahead(street, 0.3f), ahead(farther, 0.3f)});
+    cases.back().options.gravity = GravityPrior();
+    cases.back().options.gravity->tolerance = tolerance;
+  }
+  cases.push_back({street, farther});
+  cases.back().guess = Eigen::Isometry3d(Eigen::Translation3d(1, 0.5, 0));
+  cases.push_back(cases.back());
+  cases.back().options.guess_tolerance = GuessTolerance{0.3, 5};
+  cases.push_back({moved(room, Eigen::Isometry3f(Eigen::Translation3f(4, 3, 1))), next});
+  cases.back().options.viewpoint_mode = ViewpointMode::Unused;
+  // A corridor without ends and a bare box.
+  for (const float length : {40.f, 6.f}) {
+    testing::Random random(8);
+    Eigen::Matrix3Xf box(3, 40000);
+    for (Eigen::Index i = 0; i < box.cols(); ++i) {
+      Eigen::Vector3d p((random.uniform(-0.5, 0.5)) * length, 3 * (random.uniform(-0.5, 0.5)), 2.5 * (random.uniform(-0.5, 0.5)));
+      if (const Eigen::Index side = i % (length > 10 ? 4 : 6); side < 2)
+        p.y() = side == 0 ? -1.5 : 1.5;
+      else if (side < 4)
+        p.z() = side == 2 ? -1.25 : 1.25;
+      else
+        p.x() = (side == 4 ? -0.5 : 0.5) * length;
+      box.col(i) = (p + 0.003 * Eigen::Vector3d(random.gaussian(), random.gaussian(), random.gaussian())).cast<float>();
+    }
+    cases.push_back({moved(box.leftCols(20000), T), box.rightCols(20000)});
+  }
+  // Walls all around.
+  testing::Random random(9);
+  Eigen::Matrix3Xf hall(3, 40000);
+  for (Eigen::Index i = 0; i < hall.cols(); ++i) {
+    const double angle = 2 * M_PI * random.uniform(0, 1);
+    hall.col(i) = (i % 3 == 0 ? Eigen::Vector3d(6 * random.uniform(0, 1) - 3, 6 * random.uniform(0, 1) - 3, -1.5)
+                              : Eigen::Vector3d(8 * std::cos(angle), 8 * std::sin(angle), 4 * random.uniform(0, 1) - 1.5))
+                      .cast<float>();
+  }
+  cases.push_back({moved(hall.leftCols(20000), T), hall.rightCols(20000)});
+  // As many points as are needed, almost.
+  cases.push_back({room.leftCols(60), next});
+  return cases;
+}
+
+/// All that is said of a pair.
+std::string
+answer(const PairCase& pair, const Options& options)
+{
+  const auto prepared = [&](const Eigen::Matrix3Xf& points) { return preparePatchScan(viewOfPoints(points), options); };
+  const Result result = registerPatchScans(
+      prepared(pair.source), prepared(pair.target), options, pair.guess ? &*pair.guess : nullptr, Deadline(), nullptr);
+  std::ostringstream text;
+  text << std::setprecision(17) << toString(result.status) << result.message << result.confidence
+       << result.T_target_source.matrix() << result.information;
+  for (const Candidate& candidate : result.candidates)
+    text << candidate.probability << ' ' << candidate.T_target_source.matrix();
+  for (const StageReport& stage : result.stages)
+    text << stage.name << stage.count_in << ' ' << stage.count_out << ' ';
+  return text.str();
+}
+
+TEST(PatchConfig, EveryOtherNumberMattersOrIsFlat)
+{
+  const std::vector<PairCase> pairs = makePairs();
+  std::vector<std::string> expected;
+  for (const PairCase& pair : pairs)
+    expected.push_back(answer(pair, pair.options));
+  const std::vector<std::string> names = numberNames();
+  for (std::size_t k = 0; k < names.size(); ++k) {
+    if (isOfPreparation(names[k]) && names[k] != "preparation.min_points")
+      continue;
+    bool changes = false;
+    for (std::size_t i = 0; i < pairs.size() && !changes; ++i)
+      for (const double factor : kFactors)
+        if (const std::optional<PatchProfileConfig> config = changed(k, factor); config && !changes) {
+          Options options = pairs[i].options;
+          options.patch_profile = *config;
+          changes = answer(pairs[i], options) != expected[i];
+        }
+    EXPECT_NE(changes, kFlat.count(names[k]) > 0) << names[k];
+  }
+}
+
+TEST(PatchConfig, NumbersAreSetByName)
+{
+  PatchProfileConfig config;
+  setNumber(config, "search.bin_width", 0.25);
+  EXPECT_EQ(config.search.bin_width, 0.25);
+  setNumber(config, "search.little_overlap.refined", 7);
+  EXPECT_EQ(config.search.little_overlap.refined, 7);
+  EXPECT_THROW(setNumber(config, "search.rotations", 2.5), std::invalid_argument);
+  EXPECT_THROW(setNumber(config, "search.rotations", 0), std::invalid_argument);
+  EXPECT_THROW(setNumber(config, "search.no_such_number", 1), std::invalid_argument);
+  const std::vector<std::string> names = numberNames();
+  EXPECT_EQ(std::set<std::string>(names.begin(), names.end()).size(), names.size());
+  for (const std::string& name : names) {
+    PatchProfileConfig usual;
+    const double value = numbersOf(usual)[static_cast<std::size_t>(
+                                              std::find(names.begin(), names.end(), name) - names.begin())]
+                             .value();
+    EXPECT_NO_THROW(setNumber(config, name, value)) << name;
+  }
+}
+
+TEST(PatchConfig, LengthsOfAPairAreScaledOnce)
+{
+  const PatchProfileConfig config, large = scaledForPair(config, 10, 2);
+  EXPECT_DOUBLE_EQ(large.search.bin_width, 10 * config.search.bin_width);
+  EXPECT_DOUBLE_EQ(large.judgement.evidence.match, 20 * config.judgement.evidence.match); // of noisy scans
+  EXPECT_EQ(large.judgement.evidence.normals, config.judgement.evidence.normals);
+  EXPECT_EQ(large.preparation.leaf, config.preparation.leaf); // scaled for each scan
 }
 
 TEST(PatchConfig, LengthsAreScaledOnce)
@@ -221,15 +350,20 @@ TEST(PatchConfig, LengthsAreScaledOnce)
 TEST(PatchConfig, ErrorsNameTheFieldAndItsValue)
 {
   EXPECT_NO_THROW(validate(PatchProfileConfig()));
-  for (const Field& f : allFields()) {
+  PatchProfileConfig usual;
+  for (std::size_t k = 0; k < numbersOf(usual).size(); ++k) {
     PatchProfileConfig config;
-    f.multiply(config.preparation, -1);
+    const ConfigNumber number = numbersOf(config)[k];
+    if (number.count)
+      *number.count = -1;
+    else
+      *number.real = std::numeric_limits<double>::quiet_NaN();
     try {
       validate(config);
-      ADD_FAILURE() << f.name << " may be negative";
+      ADD_FAILURE() << number.name << " may be anything";
     }
     catch (const std::invalid_argument& error) {
-      EXPECT_THAT(error.what(), ::testing::StartsWith("preparation." + f.name + " = -"));
+      EXPECT_THAT(error.what(), ::testing::StartsWith(number.name + " = "));
     }
   }
   PatchProfileConfig config;

@@ -268,7 +268,7 @@ TEST_F(PatchPairOfARoom, AScoreWeighsContradictionsAsConfigured)
 TEST_F(PatchPairOfARoom, APoseThatPutsSensorOnSensorIsLessProbableBeforehand)
 {
   Options options = options_;
-  options.patch_profile.judgement.sensor_on_sensor = 0.2;
+  options.patch_profile.judgement.prior.sensor_on_sensor = 0.2;
   PatchScan blind = *source_;
   blind.range_image = RangeImage();
   const PatchPair scans = pair(options), unseen(blind, *target_, options, nullptr, Deadline());
@@ -297,7 +297,7 @@ TEST_F(PatchPairOfARoom, WhatIsKnownBeforehandBelongsToTheScore)
     scans.scoreFine(*pose);
     EXPECT_EQ(pose->log_prior, coarse); // of the pose alone
   }
-  EXPECT_NEAR(truth.log_prior, std::log1p(JudgementConfig().guess_trust), 1e-6);
+  EXPECT_NEAR(truth.log_prior, std::log1p(PriorConfig().guess_trust), 1e-6);
   EXPECT_LT(other.log_prior, truth.log_prior - 1);
 }
 

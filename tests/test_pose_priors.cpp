@@ -3,6 +3,8 @@
 
 #include "common/rotation_math.h"
 #include "judgement/pose_priors.h"
+
+#include "common/config_numbers.h"
 #include "synthetic_scene.h"
 
 #include <gtest/gtest.h>
@@ -58,7 +60,7 @@ poseAbout(const Eigen::Vector3d& place, const Eigen::Matrix3d& R, const Eigen::V
 TEST(PosePriors, WithoutAnyEverythingIsAllowed)
 {
   // A guess without a tolerance is no bound.
-  const PosePriors priors(Options(), Eigen::Isometry3d::Identity(), kPlace, kRadius, 1);
+  const PosePriors priors(Options(), Eigen::Isometry3d::Identity(), kPlace, kRadius, PatchProfileConfig());
   testing::Random random(1);
   for (int trial = 0; trial < 50; ++trial) {
     const Eigen::Isometry3d T = testing::randomMotion(random, 100);
@@ -82,13 +84,13 @@ TEST(PosePriors, TiltWithinToleranceAndMargin)
     const auto tilted = [&](double angle) {
       return Eigen::Matrix3d(rotationAbout(up_target.unitOrthogonal(), angle) * R_upright);
     };
-    const PosePriors exact(withVertical(0.02, up_source, up_target), std::nullopt, kPlace, kRadius, 1);
+    const PosePriors exact(withVertical(0.02, up_source, up_target), std::nullopt, kPlace, kRadius, PatchProfileConfig());
     EXPECT_TRUE(exact.allow(tilted(0.029), Exactness::Refined));
     EXPECT_FALSE(exact.allow(tilted(0.031), Exactness::Refined)); // 0.01 beyond the tolerance
     EXPECT_TRUE(exact.allow(tilted(0.119), Exactness::Proposed));
     EXPECT_FALSE(exact.allow(tilted(0.121), Exactness::Proposed)); // what main normals are good to
     EXPECT_TRUE(exact.keepVertical(tilted(0.029), Exactness::Refined));
-    const PosePriors rough(withVertical(0.3, up_source, up_target), std::nullopt, kPlace, kRadius, 1);
+    const PosePriors rough(withVertical(0.3, up_source, up_target), std::nullopt, kPlace, kRadius, PatchProfileConfig());
     EXPECT_TRUE(rough.allow(tilted(0.299), Exactness::Proposed));
     EXPECT_FALSE(rough.allow(tilted(0.301), Exactness::Proposed));
   }
@@ -99,7 +101,7 @@ TEST(PosePriors, NearTheGuessInRotationAndInTranslationOfThePlace)
   testing::Random random(3);
   for (const double scale : {1.0, 10.0}) {
     const Eigen::Isometry3d guess = testing::randomMotion(random, 20);
-    const PosePriors priors(withTolerance(0.1, 2), guess, kPlace, kRadius, scale);
+    const PosePriors priors(withTolerance(0.1, 2), guess, kPlace, kRadius, scaledForPair(PatchProfileConfig(), scale, 1));
     ASSERT_TRUE(priors.guess());
     EXPECT_TRUE(priors.guess()->isApprox(guess));
     const auto beside = [&](double angle, double distance) {
@@ -125,7 +127,7 @@ TEST(PosePriors, DropExcludedAsAllowSaysAndKeepsTheOrder)
   testing::Random random(4);
   Options options = withVertical(0.1, Eigen::Vector3d::UnitZ(), Eigen::Vector3d::UnitZ());
   options.guess_tolerance = GuessTolerance{0.4, 3};
-  const PosePriors priors(options, Eigen::Isometry3d::Identity(), kPlace, kRadius, 1);
+  const PosePriors priors(options, Eigen::Isometry3d::Identity(), kPlace, kRadius, PatchProfileConfig());
   std::vector<ScoredPose> poses(400);
   std::vector<double> expected;
   for (std::size_t i = 0; i < poses.size(); ++i) {
@@ -151,7 +153,7 @@ TEST(PosePriors, TranslationWindowPutsThePlaceWhereTheGuessDoes)
 {
   testing::Random random(5);
   const Eigen::Isometry3d guess = testing::randomMotion(random, 20);
-  const PosePriors priors(withTolerance(0.1, 2), guess, kPlace, kRadius, 1);
+  const PosePriors priors(withTolerance(0.1, 2), guess, kPlace, kRadius, PatchProfileConfig());
   const Eigen::Matrix3d R = testing::randomRotation(random);
   const std::optional<ShiftWindow> window = priors.translationWindow(R, 0.5);
   ASSERT_TRUE(window);
@@ -163,7 +165,7 @@ TEST(PosePriors, InformationOnRotationsFollowsFromTheTolerances)
 {
   const Eigen::Vector3d up(0.6, 0, 0.8);
   const Options gravity = withVertical(0.15, Eigen::Vector3d::UnitZ(), up);
-  const PosePriors vertical(gravity, std::nullopt, kPlace, kRadius, 1);
+  const PosePriors vertical(gravity, std::nullopt, kPlace, kRadius, PatchProfileConfig());
   // The tolerance is three standard deviations, and the matches that it is weighed against claim five times too much.
   ASSERT_TRUE(vertical.vertical());
   EXPECT_NEAR(vertical.vertical()->deviation, 0.01, 1e-12);
@@ -174,17 +176,17 @@ TEST(PosePriors, InformationOnRotationsFollowsFromTheTolerances)
 
   Options both = gravity;
   both.guess_tolerance = GuessTolerance{0.2, 1};
-  const PosePriors known(both, Eigen::Isometry3d::Identity(), kPlace, kRadius, 1);
+  const PosePriors known(both, Eigen::Isometry3d::Identity(), kPlace, kRadius, PatchProfileConfig());
   EXPECT_TRUE(known.rotationInformation().isApprox(tilt + 25 * Eigen::Matrix3d::Identity(), 1e-12));
 
-  const PosePriors exact(withVertical(0, Eigen::Vector3d::UnitZ(), up), std::nullopt, kPlace, kRadius, 1);
+  const PosePriors exact(withVertical(0, Eigen::Vector3d::UnitZ(), up), std::nullopt, kPlace, kRadius, PatchProfileConfig());
   EXPECT_TRUE(exact.rotationInformation().allFinite());
   EXPECT_GT(exact.vertical()->deviation, 0);
 }
 
 TEST(LogPrior, NothingKnownBeforehand)
 {
-  const PosePriors priors(Options(), std::nullopt, kPlace, kRadius, 1);
+  const PosePriors priors(Options(), std::nullopt, kPlace, kRadius, PatchProfileConfig());
   testing::Random random(6);
   for (int trial = 0; trial < 20; ++trial)
     EXPECT_EQ(priors.logPrior(testing::randomMotion(random, 100)), 0);
@@ -194,7 +196,7 @@ TEST(LogPrior, AVerticalIsGaussianInTheTilt)
 {
   // The tolerance is three standard deviations. The length of the given vectors is no matter.
   const Eigen::Vector3d up_source(0, 0.6, 0.8), up_target(0.8, 0, 0.6);
-  const PosePriors priors(withVertical(0.3, 2 * up_source, 3 * up_target), std::nullopt, kPlace, kRadius, 1);
+  const PosePriors priors(withVertical(0.3, 2 * up_source, 3 * up_target), std::nullopt, kPlace, kRadius, PatchProfileConfig());
   const Eigen::Matrix3d R_upright = Eigen::Quaterniond::FromTwoVectors(up_source, up_target).toRotationMatrix();
   testing::Random random(7);
   // One standard deviation of what is given is 0.1; a refined pose errs by 0.01 besides.
@@ -215,7 +217,7 @@ TEST(LogPrior, AGuessOfKnownToleranceIsGaussianInRotationAndTranslation)
   // Here the tolerances are one standard deviation. Translations are those of the place, whatever the rotation.
   testing::Random random(8);
   const Eigen::Isometry3d guess = testing::randomMotion(random, 20);
-  const PosePriors priors(withTolerance(0.1, 2), guess, kPlace, kRadius, 1);
+  const PosePriors priors(withTolerance(0.1, 2), guess, kPlace, kRadius, PatchProfileConfig());
   const auto at = [&](double angle, double distance) {
     return priors.logPrior(guess * poseAbout(kPlace,
                                              rotationAbout(testing::randomRotation(random).col(0), angle),
@@ -237,9 +239,9 @@ TEST(LogPrior, AVerticalAndAGuessAddUp)
   Options both = withVertical(0.3, up, up);
   both.guess_tolerance = GuessTolerance{0.1, 2};
   const Eigen::Isometry3d guess = Eigen::Isometry3d::Identity();
-  const PosePriors priors(both, guess, kPlace, kRadius, 1);
-  const PosePriors vertical(withVertical(0.3, up, up), std::nullopt, kPlace, kRadius, 1);
-  const PosePriors near_guess(withTolerance(0.1, 2), guess, kPlace, kRadius, 1);
+  const PosePriors priors(both, guess, kPlace, kRadius, PatchProfileConfig());
+  const PosePriors vertical(withVertical(0.3, up, up), std::nullopt, kPlace, kRadius, PatchProfileConfig());
+  const PosePriors near_guess(withTolerance(0.1, 2), guess, kPlace, kRadius, PatchProfileConfig());
   const Eigen::Isometry3d T = poseAbout(kPlace, rotationAbout(Eigen::Vector3d::UnitX(), 0.1), Eigen::Vector3d(0, 2, 0));
   EXPECT_NEAR(priors.logPrior(T), -0.5 - 1 / (1 + 0.01), 1e-9);
   EXPECT_NEAR(priors.logPrior(T), vertical.logPrior(T) + near_guess.logPrior(T), 1e-12);
@@ -248,7 +250,7 @@ TEST(LogPrior, AVerticalAndAGuessAddUp)
 TEST(LogPrior, ATinyToleranceDoesNotTellRefinedPosesApart)
 {
   const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
-  const PosePriors priors(withVertical(1e-4, up, up), std::nullopt, kPlace, kRadius, 1);
+  const PosePriors priors(withVertical(1e-4, up, up), std::nullopt, kPlace, kRadius, PatchProfileConfig());
   const Eigen::Isometry3d T(rotationAbout(Eigen::Vector3d::UnitX(), 0.01));
   EXPECT_NEAR(priors.logPrior(T), -0.5, 1e-3);
 }
@@ -258,10 +260,10 @@ TEST(LogPrior, AGuessWithoutAToleranceHasABoundedInfluence)
   testing::Random random(9);
   for (const double scale : {1.0, 10.0}) {
     Options options;
-    options.patch_profile.judgement.guess_trust = 30;
-    options.patch_profile.judgement.guess_deviation = 1;
+    options.patch_profile.judgement.prior.guess_trust = 30;
+    options.patch_profile.judgement.prior.guess_deviation = 1;
     const Eigen::Isometry3d guess = testing::randomMotion(random, 20);
-    const PosePriors priors(options, guess, kPlace, kRadius, scale);
+    const PosePriors priors(options, guess, kPlace, kRadius, scaledForPair(PatchProfileConfig(), scale, 1));
     const auto at = [&](double angle, double distance) {
       return priors.logPrior(guess * poseAbout(kPlace,
                                                rotationAbout(testing::randomRotation(random).col(0), angle),

@@ -109,25 +109,11 @@ TEST_F(PoseSearch, AWrongRotationScoresLess)
   EXPECT_LT(turned[0].score, best - 0.1);
 }
 
-TEST_F(PoseSearch, VotesElsewhereSpareWhatIsHopeless)
-{
-  PoseSearchOptions options;
-  const auto free = search(truth_.linear(), options);
-  options.rival_votes = free[0].votes;
-  const auto rivalled = search(truth_.linear(), options);
-  ASSERT_FALSE(rivalled.empty());
-  EXPECT_TRUE(rivalled[0].T_target_source.isApprox(free[0].T_target_source, 0));
-  EXPECT_EQ(rivalled[0].score, free[0].score);
-  EXPECT_LE(rivalled.size(), free.size());
-  options.rival_votes = 4 * free[0].votes; // nothing reaches half of that
-  EXPECT_TRUE(search(truth_.linear(), options).empty());
-}
-
 TEST_F(PoseSearch, ResultsAreDistinctSortedAndBounded)
 {
   PoseSearchOptions options;
   for (const int keep : {1, 5, 24}) {
-    options.keep = keep;
+    options.pass.refined = keep;
     const auto found = search(truth_.linear(), options);
     EXPECT_LE(found.size(), static_cast<std::size_t>(keep));
     EXPECT_FALSE(found.empty());
@@ -177,10 +163,10 @@ TEST_F(PoseSearch, ScoresAreTheShareOfTheVotes)
 TEST_F(PoseSearch, LittleOverlapKeepsWhatHasMoreVotesForItThanWeightedOnesAgainst)
 {
   PoseSearchOptions options;
-  options.little_overlap = true;
+  options.pass.little_overlap = true;
   options.contradiction_weight = 14;
   options.visibility.free_margin = 0.05f;
-  options.keep = 1000;
+  options.pass.refined = 1000;
   const auto found = search(truth_.linear(), options);
   ASSERT_FALSE(found.empty());
   EXPECT_THAT(found[0].T_target_source, testing::IsPoseNear(truth_, 1e-9, 0.2));
@@ -220,7 +206,7 @@ TEST(LittleOverlap, IsFoundThoughFewVoteForIt)
   const Eigen::Isometry3d truth = testing::relativePose(T_world_target, T_world_source);
   PoseSearchOptions options;
   options.visibility.free_margin = 0.1f;
-  options.keep = 1000;
+  options.pass.refined = 1000;
   const auto nearest = [&] {
     double least = 1e9;
     for (const PoseHypothesis& pose : searchTranslations(source.patches.samples,
@@ -235,7 +221,7 @@ TEST(LittleOverlap, IsFoundThoughFewVoteForIt)
     return least;
   };
   EXPECT_GT(nearest(), 1);
-  options.little_overlap = true;
+  options.pass.little_overlap = true;
   options.contradiction_weight = 14;
   EXPECT_LT(nearest(), RefinementConfig().coarse_reach); // from there the refinement finds it
 }
@@ -284,7 +270,7 @@ TEST_F(PoseSearch, NothingMoreIsLookedAtWhenTimeHasRunOut)
 {
   for (const bool little_overlap : {false, true}) {
     PoseSearchOptions options;
-    options.little_overlap = little_overlap;
+    options.pass.little_overlap = little_overlap;
     EXPECT_FALSE(search(truth_.linear(), options).empty());
     options.deadline = Deadline::after(1e-9);
     EXPECT_TRUE(search(truth_.linear(), options).empty());
@@ -305,7 +291,7 @@ TEST_F(PoseSearch, EmptyInput)
   // No main normals: some axes are tried all the same.
   searchTranslations(samples, target_.votes, samples, {}, target_.index, nullptr, R, options);
   PoseSearchOptions little;
-  little.little_overlap = true;
+  little.pass.little_overlap = true;
   EXPECT_TRUE(searchTranslations(none, VotingSamples(), none, {}, PatchIndex(), nullptr, R, little).empty());
   EXPECT_TRUE(searchTranslations(samples, VotingSamples(), samples, {}, target_.index, nullptr, R, little).empty());
 }

@@ -382,7 +382,7 @@ TEST(UnobservableDirections, AWeakTranslationIsARelativeMatter)
   m.normals.col(0) = kX;                       // one of 1000 matches faces x
   for (const double deviation : {1e-4, 0.1}) { // however exact the matches are
     const PoseUncertainty u = poseUncertainty(refinementOf(m, deviation), kFloor);
-    UncertaintyBounds bounds;
+    UncertaintyConfig bounds;
     bounds.min_translation = 0.0019;
     EXPECT_TRUE(unobservableDirections(u, bounds).empty());
     bounds.min_translation = 0.0021;
@@ -396,7 +396,7 @@ TEST(UnobservableDirections, ARotationIsAMatterOfDegrees)
 {
   const Matches m = matchesOn({kX, kY, kZ}, 50, kX, 14);
   const double deviation = poseUncertainty(refinementOf(m, 1), kFloor).largestRotationDeviation();
-  UncertaintyBounds bounds;
+  UncertaintyConfig bounds;
   bounds.max_rotation = 1.01 * deviation;
   EXPECT_TRUE(unobservableDirections(poseUncertainty(refinementOf(m, 1), kFloor), bounds).empty());
   bounds.max_rotation = 0.99 * deviation;

@@ -75,14 +75,12 @@ TEST(IsRoundAbout, ARoundWallButNoBox)
     const Vector3d axis = testing::randomRotation(random).col(0);
     EXPECT_TRUE(isRoundAbout(samplesFacing(around(axis, 72)), axis));
     EXPECT_FALSE(isRoundAbout(samplesFacing(around(axis, 4)), axis)); // the walls of a box
-    // What faces along the axis does not count, unless it is nearly all there is.
+    // What faces along the axis does not count.
     std::vector<Vector3d> hall = around(axis, 72);
     std::vector<double> weights(hall.size(), 1);
     hall.push_back(axis);
     weights.push_back(100);
     EXPECT_TRUE(isRoundAbout(samplesFacing(hall, weights), axis));
-    weights.back() = 300;
-    EXPECT_FALSE(isRoundAbout(samplesFacing(hall, weights), axis));
     // Walls of a box beside things at all angles: the walls decide while they are most of it.
     std::vector<Vector3d> box = around(axis, 72);
     std::vector<double> of_box(box.size(), 1);

@@ -250,8 +250,8 @@ ViewModel::patchAxes(const Eigen::Matrix3d& R) const
   const ViewedPass& search = passes_[passesMade() - 1];
   const OrientedSamples& source = source_.patches.samples;
   const OrientedSamples& target = target_.patches.samples;
-  const Eigen::Matrix3d axes = chooseSearchAxes(source, target, search.target_normals, R, search.options.parallel_cos);
-  const std::array<int, 3> counts{{search.options.peaks_first, search.options.peaks_second, 0}};
+  const Eigen::Matrix3d axes = chooseSearchAxes(source, target, search.target_normals, R, search.options.config.parallel_cos);
+  const std::array<int, 3> counts{{search.options.pass.peaks_first, search.options.pass.peaks_second, 0}};
   std::array<AxisView, 3> views;
   for (std::size_t k = 0; k < 3; ++k) {
     AxisView& view = views[k];
@@ -450,7 +450,7 @@ ViewModel::findPatchLoss() const
 
     const Eigen::Matrix3d& R = nearest->R_target_source;
     const Eigen::Matrix3d axes = chooseSearchAxes(
-        source_.patches.samples, target_.patches.samples, search.target_normals, R, search.options.parallel_cos);
+        source_.patches.samples, target_.patches.samples, search.target_normals, R, search.options.config.parallel_cos);
     // A rotation that is a little off shifts the middle of the source: what counts is where the sensor comes to lie.
     const Eigen::Vector3d place = source_.viewpoint;
     const Eigen::Vector3d t = truth * place - R * place;
@@ -460,7 +460,7 @@ ViewModel::findPatchLoss() const
           source_.patches.samples, target_.patches.samples, R.transpose() * axis, axis, search.options);
       const std::vector<ShiftPeak> all =
           findPeaks(along.sum, searchPeakOptions(search.options, std::numeric_limits<int>::max()));
-      const int tried = k == 0 ? search.options.peaks_first : search.options.peaks_second;
+      const int tried = k == 0 ? search.options.pass.peaks_first : search.options.pass.peaks_second;
       const double wanted = axis.dot(t);
       std::size_t rank = 0;
       while (rank < all.size() && std::abs(all[rank].shift - wanted) > kShiftFound * scale)
@@ -498,7 +498,7 @@ ViewModel::findPatchLoss() const
     else {
       // Where would it have come under its own rotation, had more poses been kept?
       PoseSearchOptions all = search.options;
-      all.keep = std::numeric_limits<int>::max();
+      all.pass.refined = std::numeric_limits<int>::max();
       const std::vector<PoseHypothesis> under = searchTranslations(source_.patches.samples,
                                                                    source_.votes,
                                                                    target_.patches.samples,
@@ -518,7 +518,7 @@ ViewModel::findPatchLoss() const
                        under.size(),
                        own->score,
                        under.front().score,
-                       search.options.keep);
+                       search.options.pass.refined);
     }
     steps.push_back(vote);
   }

@@ -28,15 +28,15 @@ public:
   Deadline() = default;
 
   /** \brief A deadline some time from now.
-   * \param[in] seconds [s]; 0 (an option of 0 means no limit), negative, NaN or beyond a year: it never passes
+   * \param[in] seconds [s]; 0 (an option of 0 means no limit), negative, NaN or beyond a century: it never passes
    * \param[in] clock what counts
    */
   static Deadline
   after(double seconds, TimeLimitClock clock = TimeLimitClock::Wall)
   {
-    constexpr double kForever = 365.0 * 24 * 3600; // [s] beyond, the clock's count may overflow
+    const double forever = std::chrono::duration<double>(Clock::duration::max()).count() / 2; // about 146 years
     Deadline deadline;
-    if (seconds > 0 && seconds < kForever) {
+    if (seconds > 0 && seconds < forever) {
       deadline.counts_ = clock;
       deadline.is_set_ = true;
       deadline.end_ =

@@ -6,6 +6,8 @@
 #include <pcl_ssfr/export.h>
 
 #include <array>
+#include <string>
+#include <vector>
 
 namespace pcl_ssfr {
 
@@ -46,6 +48,8 @@ struct ViewpointSearchConfig {
  * scale of the scene multiplies them once, see scaled().
  */
 struct PreparationConfig {
+  int min_points = 50; ///< finite points of a scan that is registered
+
   // Scale of the scene.
   double smallest_radius = 1.5; ///< scenes of a radius (see ScanExtent) from this ...
   double largest_radius = 120;  ///< ... to this have scale 1 [m]
@@ -65,7 +69,9 @@ struct PreparationConfig {
   double min_relative_density = 0.02; ///< of the densest region
   int max_density_queries = 8192;     ///< bound on the time of scans with very many patches
 
-  // What the pair is refined and judged by.
+  // What the pair is searched, refined and judged by.
+  double direction_radius = 0.35; ///< [rad] surface whose normal is within this of a main normal belongs to it
+  int votes = 160;               ///< places that vote in the search for translations
   double index_voxel = 0.5;      ///< edge of a voxel of the index of patches [m]
   double range_cell = 0.01745;   ///< width of a direction of the range image [rad], (0, pi/2]
   int coarse_patches = 600;      ///< that stand for all in the coarse refinement
@@ -88,12 +94,21 @@ struct SearchPass {
 
 /// The search for poses (METHOD, "Search").
 struct SearchConfig {
-  double pair_angle = 0.07;      ///< [rad] inner angles of matched pairs agree within this; rotations closer are merged
-  double direction_error = 0.12; ///< [rad] a main normal is this exact at worst: a merged rotation matches within it
+  double direction_error = 0.12; ///< [rad] a main normal is this exact at worst: inner angles of matched pairs agree within
+                                ///< it, and rotations that are closer are merged
   int rotations = 24;            ///< best supported rotations that are searched: as many as a Manhattan room has
-  int sweep_steps = 80;   ///< rotations about an axis, 4.5 degrees apart: half of it is in reach of the refinement
+  int sweep_axes = 2;   ///< main normals about which rotations are swept where others do not determine them
+  int sweep_steps = 40; ///< rotations about an axis, 9 degrees apart: half of it is in reach of the refinement
+  /// A scene is round about an axis when, of the surface that faces across it, at most this share does in the fullest
+  /// third of all directions: then the main normals across the axis are arbitrary.
+  double round_share = 0.6;
   double bin_width = 0.1; ///< [m] of the histograms along an axis
+  double parallel_cos = 0.97; ///< surface counts along an axis when its normal is that parallel: within 14 degrees
   double step = 0.25;     ///< [m] of the exhaustive search along the third axis: half a coarse reach
+  double screening_share = 0.5; ///< of the best count of votes so far, that a fourth of them must promise to be counted
+  double least_votes = 0.1;    ///< share of the votes that a pose of scans that share little must have
+  double contradiction_weight = 2; ///< of a vote against a pose of scans that share much, rough as it is yet
+  int peak_neighbours = 2; ///< where little overlaps: shifts tried on each side of the highest peak, two steps apart
   /// Of 271 real pairs all solved ones had a pose near the truth with 0.65 of the most votes, of 375 simulated ones 373
   /// with 0.4.
   SearchPass much_overlap = {5, 8, 80, 0.4, 8, false};
@@ -106,7 +121,6 @@ struct RefinementConfig {
   double coarse_reach = 0.5;         ///< [m] plane distance of a match at the start of the coarse refinement: two steps
   double coarse_final = 0.15;        ///< [m] and at its end
   int coarse_steps = 6;              ///< of the coarse refinement
-  double fine_reach = 0.2;           ///< [m] of the fine refinement: above what the coarse one leaves
   double fine_final = 0.05;          ///< [m]
   int fine_steps = 15;               ///< of the fine refinement, at most
   double fine_step = 0.0005;         ///< [m], [rad] it stops at smaller steps: the polish does the rest
@@ -118,18 +132,15 @@ struct RefinementConfig {
   int polished = 4;                  ///< leaders that are polished, at most
   double explored_deviation = 0.005; ///< [m] standard deviation of the matched surface along a motion from which on the
                                      ///< neighbourhood along it is searched for another optimum
-  int explored_motions = 4;          ///< least known motions that are explored, at most
-  double explored_distance = 0.15;   ///< [m] and twice that: half and whole distance of distinct poses
-  double explored_gain = 1.02;       ///< of the score, that another optimum must have to be taken
 };
 
 /// What is a match and what contradicts a pose (METHOD, "Evidence").
 struct EvidenceConfig {
-  double vote_match = 0.3;          ///< [m] plane distance of a vote in the search for translations
-  double loose_match = 0.2;         ///< [m] of a match after the coarse refinement
+  double loose_match = 0.2;         ///< [m] of a match after the coarse refinement, where the fine one starts
   double match = 0.1;               ///< [m] and after the fine one
   double lateral = 0.3;             ///< [m] beyond the edge of a patch
   double free_margin = 0.3;         ///< [m] in front of the nearest return: free space
+  double range_margin = 0.05;       ///< of a range, before and behind what was seen, besides
   double loose_normals = 0.5;       ///< [rad] angle of the normals of a match in the search
   double normals = 0.35;            ///< [rad] and after the fine refinement
   double contradiction_weight = 14; ///< of the score: contradictions are rare and precious (METHOD point 14b)
@@ -151,9 +162,38 @@ struct PosteriorConfig {
   double lead;         ///< fitted
 };
 
+/// How well a polished pose is known (METHOD, "Uncertainty").
+struct UncertaintyConfig {
+  double noise_floor = 0.001; ///< [m] standard deviation of each patch and of each match beside what is seen
+  /// Share of the curvature that matches keep where a patch does not face its sensor: they are found again wherever the
+  /// pose is, so they pull less than their distances say. Fitted by likelihood to the errors of 285 pairs of four
+  /// simulated sensors; 0.1 to 0.3 are as good for those with 32 rings and more, of which few matches are such.
+  double unseen_curvature = 0.2;
+  /// Least strength of a translation that is determined. Relative, because no deviation shows it: in a corridor without
+  /// an end small tilted patches err alike in both scans, and claim a place along it to a few centimetres.
+  double min_translation = 0.005;
+  /// Largest standard deviation of a rotation that is determined [rad]: nine of ten such poses are right to two
+  /// degrees.
+  double max_rotation = 0.0212;
+};
+
+/// What is known of a pose beforehand, and how far it counts (METHOD, "Priors").
+struct PriorConfig {
+  double pose_error = 0.01;        ///< [rad] of the rotation of a refined pose
+  double tolerance_deviations = 3; ///< standard deviations of a given vertical that its tolerance stands for
+  double match_inflation = 5;      ///< deviation of a tilt over what its matches claim, which err where they are few
+  double guess_trust = 30;         ///< prior odds of a pose at the guess over one far from it
+  double guess_deviation = 1;      ///< [m] of a guess without a tolerance, rotations at the radius of the scan
+  double sensor_on_sensor = 0.05;  ///< prior odds of a sensor that has not moved: the patterns of the rays coincide
+                                   ///< there, which looks like evidence
+  double same_sensor = 0.1;        ///< [m] a sensor that moved less has not moved
+};
+
 /// What follows from the posterior.
 struct JudgementConfig {
-  EvidenceConfig evidence; ///< what counts for a pose and against it
+  EvidenceConfig evidence;       ///< what counts for a pose and against it
+  PriorConfig prior;             ///< what is known beforehand
+  UncertaintyConfig uncertainty; ///< how well a pose is known
   /// Where both sensors' places are known or found.
   PosteriorConfig posterior = {1.59, 5.73, 1.49, 1.58, 0.5, 9.0};
   /// The same where a viewpoint is not known: nothing can contradict.
@@ -161,12 +201,9 @@ struct JudgementConfig {
   double rival = 0.05;            ///< odds beside the best pose from which on another one is polished too
   double decided = 0.9;           ///< probability that the truth is among the poses from which on none is looked for
   double hopeless = 1e-3;         ///< odds against the best pose below which one is not refined or polished any further
-  double sensor_on_sensor = 0.05; ///< prior odds of a sensor that has not moved (within 0.1 m): the patterns of the
-                                  ///< rays coincide there, which looks like evidence
-  double guess_trust = 30;        ///< prior odds of a pose at the guess over one far from it
-  double guess_deviation = 1;     ///< [m] of a guess without a tolerance, rotations at the radius of the scan
-  double unfinished = 0.5;        ///< confidence of the best pose of a search that was cut short, at most
-  double undetermined = 0.3;      ///< confidence of a pose with a direction that the scene does not determine, at most
+  double unsettled = 0.5;         ///< confidence, at most, of the best pose of a search that was cut short, and of one
+                                  ///< with a direction that the scene does not determine
+  double fair_overlap = 0.15;     ///< of the surface: with less a message doubts that the scans show one place
   double telling_contradiction = 0.1; ///< share of the visible surface from which on it is named as the reason
 };
 
@@ -181,6 +218,17 @@ struct PatchProfileConfig {
 /// The preparation of a scene of another \p scale > 0: every length that is given at scale 1 is multiplied by it.
 PCL_SSFR_EXPORT PreparationConfig
 scaled(const PreparationConfig& config, double scale);
+
+/// Names of all numbers, such as "search.bin_width", in the order of their definition.
+PCL_SSFR_EXPORT std::vector<std::string>
+numberNames();
+
+/** \brief Set one number by its name.
+ * \throw std::invalid_argument with the text "group.name = value, must ..." when it may not have this value, or saying
+ * that there is no such number
+ */
+PCL_SSFR_EXPORT void
+setNumber(PatchProfileConfig& config, const std::string& name, double value);
 
 /** \brief Check every field.
  * \throw std::invalid_argument with the text "group.name = value, must ..." for the first that is out of range.

@@ -3,12 +3,14 @@
 
 #pragma once
 
+#include <Eigen/Core>
+
 #include <algorithm>
 #include <cmath>
 
 namespace pcl_ssfr {
 
-constexpr double kPi = 3.14159265358979323846;
+constexpr double kPi = static_cast<double>(EIGEN_PI);
 constexpr double kDegree = kPi / 180; ///< one degree [rad]
 
 /// Chord between two unit vectors that are \p angle [rad, 0..pi] apart: 2 sin(angle / 2).

@@ -4,6 +4,8 @@
 #include <pcl_ssfr/options.h>
 
 #include "common/angles.h"
+#include "common/config_numbers.h"
+#include "common/types.h"
 
 #include <omp.h>
 
@@ -18,8 +20,6 @@ namespace pcl_ssfr {
 
 namespace {
 
-/// A vector is a unit vector when its norm is this near to 1.
-constexpr double kUnitTolerance = 1e-3;
 /// Finest grid that a Morton code of 21 bits an axis can hold.
 constexpr int kMaxLevel = 20;
 
@@ -216,67 +216,6 @@ isEqual(const PatchOptions& a, const PatchOptions& b)
 }
 
 bool
-isEqual(const ViewpointSearchConfig& a, const ViewpointSearchConfig& b)
-{
-  const auto& [levels,
-               reach,
-               depth_ratio,
-               depth_margin,
-               two_depth_weight,
-               min_contrast,
-               max_two_depths,
-               contrast_distance] = a;
-  const auto is_same_level = [](const ViewpointSearchConfig::Level& x, const ViewpointSearchConfig::Level& y) {
-    const auto& [places, points, step] = x;
-    return std::tie(places, points, step) == std::tie(y.places, y.points, y.step);
-  };
-  return std::equal(levels.begin(), levels.end(), b.levels.begin(), is_same_level) &&
-         std::tie(reach, depth_ratio, depth_margin) == std::tie(b.reach, b.depth_ratio, b.depth_margin) &&
-         std::tie(two_depth_weight, min_contrast, max_two_depths, contrast_distance) ==
-             std::tie(b.two_depth_weight, b.min_contrast, b.max_two_depths, b.contrast_distance);
-}
-
-bool
-isEqual(const PreparationConfig& a, const PreparationConfig& b)
-{
-  const auto& [smallest_radius,
-               largest_radius,
-               min_points_per_cell,
-               leaf,
-               thickness,
-               max_noise,
-               thin_share,
-               noise_factor,
-               max_main_normals,
-               density_radius,
-               silence_chord,
-               min_relative_density,
-               max_density_queries,
-               index_voxel,
-               range_cell,
-               coarse_patches,
-               polish_points,
-               polish_group,
-               max_polish_points,
-               viewpoint] = a;
-  return std::tie(smallest_radius, largest_radius, min_points_per_cell, leaf, thickness, max_noise, thin_share) ==
-             std::tie(b.smallest_radius,
-                      b.largest_radius,
-                      b.min_points_per_cell,
-                      b.leaf,
-                      b.thickness,
-                      b.max_noise,
-                      b.thin_share) &&
-         std::tie(noise_factor, max_main_normals, density_radius, silence_chord, min_relative_density) ==
-             std::tie(b.noise_factor, b.max_main_normals, b.density_radius, b.silence_chord, b.min_relative_density) &&
-         std::tie(max_density_queries, index_voxel, range_cell, coarse_patches) ==
-             std::tie(b.max_density_queries, b.index_voxel, b.range_cell, b.coarse_patches) &&
-         std::tie(polish_points, polish_group, max_polish_points) ==
-             std::tie(b.polish_points, b.polish_group, b.max_polish_points) &&
-         isEqual(viewpoint, b.viewpoint);
-}
-
-bool
 isEqual(const NormalOptions& a, const NormalOptions& b)
 {
   const auto& [pre_leaf, radius, leaf, max_range, away_from_viewpoint, use_given_normals] = a;
@@ -345,17 +284,17 @@ makeOptions(Profile profile)
 Options
 makePaper2019Options()
 {
-  constexpr double kDensityRadius = 0.02; // chord
+  const double density_radius = 0.02; // chord
   Options options = makeOptions(Profile::Paper2017);
   PaperOptions& paper = options.paper;
   paper.normals.pre_leaf = 0.005;
   paper.normals.away_from_viewpoint = true;
   paper.density.kernel = DensityOptions::Kernel::Gaussian;
-  paper.density.radius = kDensityRadius;
+  paper.density.radius = density_radius;
   paper.density.max_regions = 8;
   paper.density.silence_chord = chordFromAngle(15 * kDegree);
   paper.density.reject_elongated = true;
-  paper.mean_shift.bandwidth = 2 * kDensityRadius;
+  paper.mean_shift.bandwidth = 2 * density_radius;
   paper.mean_shift.merge_chord = 0;
   paper.rotation.angle_tolerance = 3 * kDegree;
   paper.translation.third_axis = TranslationOptions::ThirdAxis::CrossProduct;
@@ -374,7 +313,7 @@ haveSamePreparation(const Options& a, const Options& b)
   return isEqual(a, b) &&
          (a.profile == Profile::Paper2017
               ? isSamePreparation(a.paper, b.paper)
-              : isEqual(a.patches, b.patches) && isEqual(a.patch_profile.preparation, b.patch_profile.preparation));
+              : isEqual(a.patches, b.patches) && isSamePreparation(a.patch_profile, b.patch_profile));
 }
 
 void

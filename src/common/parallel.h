@@ -11,6 +11,9 @@
 
 namespace pcl_ssfr {
 
+/// Work is dealt in so many pieces a thread: some take longer than others.
+constexpr std::int64_t kTasksPerThread = 8;
+
 namespace detail {
 
 /// Marks the thread as one that works for this library, in a parallel region of its own, for as long as this lives.
@@ -104,7 +107,6 @@ forEachInParallel(std::int64_t count, std::int64_t grain, int threads, const Bod
   detail::Failure failure;
   if (detail::TeamScope::isInside()) {
     // GNU's OpenMP makes no tasks where that would make more than 64 a thread.
-    constexpr std::int64_t kTasksPerThread = 8;
     const std::int64_t most = kTasksPerThread * omp_get_num_threads();
     const std::int64_t piece = std::max(grain, (count + most - 1) / most);
 // Clang 14 counts the tasks unsigned, and warns of that.

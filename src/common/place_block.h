@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include "common/vector_clones.h"
 #include "preparation/patch_index.h"
 
 #include <Eigen/Core>
@@ -17,7 +18,7 @@ namespace pcl_ssfr {
  * handle several places at once.
  */
 struct PlaceBlock {
-  static constexpr std::size_t kSize = 256;
+  static constexpr std::size_t kSize = kBlockSize;
   using Doubles = std::array<double, kSize>;
   using Floats = std::array<float, kSize>;
 

@@ -11,6 +11,9 @@ namespace pcl_ssfr {
 /// Points or directions, one a column, 3 x N. Points are in metres [m].
 using Points3 = Eigen::Matrix3Xd;
 
+/// A vector that comes from outside is accepted as a unit vector when its norm is this near to 1.
+constexpr double kUnitTolerance = 1e-3;
+
 /// |cosine| between a normal and a line of sight from which on a surface faces that sensor: six degrees. A plane
 /// through the sensor cannot be seen: patches that do not face their own one are lines of points, one sweep along a
 /// wall or the edge of a thing, which noise spreads along the line of sight. They lie where something is, but are no

@@ -18,6 +18,13 @@
 
 namespace pcl_ssfr {
 
+/// Places that loops over arrays handle at once: few enough for the first cache, many enough to be worth a call.
+constexpr std::size_t kBlockSize = 256;
+/// Places in flight of a search in a tree or an index.
+constexpr std::size_t kBatchSize = 32;
+/// Points that are handled between two looks at the clock: some 0.1 ms.
+constexpr std::size_t kPointsPerLook = 64 * kBlockSize;
+
 /// Loops that add keep so many sums, whatever the width of the processor's vectors: then their order is always the
 /// same.
 constexpr std::size_t kSumGroup = 8;

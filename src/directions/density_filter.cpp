@@ -20,9 +20,8 @@ namespace {
 
 /// Rounding slack of the test "this box lies wholly inside the sphere", relative to the squared radius.
 constexpr double kInsideSlack = 1e-12;
-constexpr std::size_t kLeafSize = 32;
+constexpr std::size_t kLeafSize = kBatchSize;
 static_assert(kLeafSize % kSumGroup == 0);
-constexpr Eigen::Index kQueriesPerLook = 64; // between two looks at the clock
 
 /** \brief exp(-t) for t in [0, 4], within 1e-12 of its value: without a call and without a branch, for loops that
  * become vectors. The series of the sixteenth part, to the sixteenth power.
@@ -284,7 +283,7 @@ computeDensity(const DirectionSet& directions,
   const Eigen::Index stride = queryStride(directions.size(), options.max_queries);
   std::atomic<bool> is_late{false};
   forEachInParallel(directions.size(), 256, static_cast<int>(threads), [&](Eigen::Index i) {
-    if (i % kQueriesPerLook == 0 && deadline.hasPassed())
+    if (deadline.hasPassed())
       is_late = true;
     const Eigen::Index column = tree.column(i);
     if (is_late || column % stride != 0)

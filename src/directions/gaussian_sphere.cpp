@@ -7,13 +7,6 @@
 
 namespace pcl_ssfr {
 
-namespace {
-
-/// A normal is of unit length when its norm is this near to 1.
-constexpr double kUnitTolerance = 1e-3;
-
-} // namespace
-
 DirectionSet
 makeGaussianSphere(const OrientedSamples& samples)
 {

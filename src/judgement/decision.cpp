@@ -3,18 +3,17 @@
 
 #include "judgement/decision.h"
 
+#include "common/angles.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <limits>
 
 namespace pcl_ssfr {
 
 namespace {
-
-constexpr double kDegrees = 57.29577951308232;
-constexpr double kFairOverlap = 0.15; // of the surface: with less the message doubts that the scans show one place
-constexpr double kEqualShare = 0.5;   // of the best pose's probability, that one has which is about equally good
 
 std::string
 formatted(const char* format, double a, double b = 0)
@@ -37,9 +36,8 @@ explained(const Candidate& pose)
 std::string
 notConfidentText(double confidence, double asked)
 {
-  constexpr int kMostDigits = 12;
   char text[24];
-  for (int digits = 2; digits <= kMostDigits; ++digits) {
+  for (int digits = 2; digits <= std::numeric_limits<double>::max_digits10; ++digits) {
     std::snprintf(text, sizeof(text), "%.*f", digits, confidence);
     if (std::strtod(text, nullptr) < asked)
       break;
@@ -71,7 +69,7 @@ unobservableText(const Decision& decision, const PoseUncertainty& uncertainty)
   const double deviation = uncertainty.largestRotationDeviation();
   if (!open.rotation || std::isinf(deviation))
     return "the scene does not determine the " + direction;
-  return "the " + direction + formatted(" is poorly constrained (sigma = %.2f deg)", deviation * kDegrees);
+  return "the " + direction + formatted(" is poorly constrained (sigma = %.2f deg)", deviation / kDegree);
 }
 
 /// Where the most probable rival lies, for people; empty: there is none.
@@ -84,7 +82,7 @@ rivalText(const std::vector<ScoredPose>& poses, const Eigen::Vector3d& place)
   const Eigen::Isometry3d& T_rival = poses[1].T_target_source;
   return formatted("the strongest rival lies %.2f m and %.1f degrees away",
                    translationBetween(T_best, T_rival, place),
-                   rotationBetween(T_best, T_rival) * kDegrees);
+                   rotationBetween(T_best, T_rival) / kDegree);
 }
 
 /// Why the truth is probably none of the poses.
@@ -102,7 +100,7 @@ refuse(Decision& decision, const Candidate& best, const DecisionContext& context
   }
   decision.status = Status::LowOverlap;
   decision.message =
-      best.overlap >= kFairOverlap
+      best.overlap >= context.config.fair_overlap
           ? notConfidentText(decision.confidence, context.min_confidence) + ": " + explained(best)
           : formatted("under the best pose only %.0f %% of the surface meets its counterpart: the scans may not show "
                       "the same place",
@@ -114,8 +112,8 @@ void
 reportAmbiguous(Decision& decision, const std::vector<ScoredPose>& poses, const DecisionContext& context)
 {
   const std::vector<double>& p = context.posterior.poses;
-  const auto equals =
-      std::count_if(p.begin(), p.end(), [&](double probability) { return probability >= kEqualShare * p.front(); });
+  const auto is_about_equal = [&](double probability) { return 2 * probability >= p.front(); };
+  const auto equals = std::count_if(p.begin(), p.end(), is_about_equal);
   decision.status = Status::Ambiguous;
   decision.message = (equals > 1 ? std::to_string(equals) + " distinct poses explain the scans about equally well "
                                                             "(symmetry or repetition): "
@@ -131,14 +129,14 @@ decide(const std::vector<ScoredPose>& poses, const DecisionContext& context)
   const Candidate best = describe(poses.front());
   Decision decision;
   decision.confidence = context.posterior.best();
-  decision.unobservable = unobservableDirections(context.uncertainty);
+  decision.unobservable = unobservableDirections(context.uncertainty, context.config.uncertainty);
   const bool is_undetermined = !decision.unobservable.empty();
   if (is_undetermined)
-    decision.confidence = std::min(decision.confidence, context.config.undetermined);
+    decision.confidence = std::min(decision.confidence, context.config.unsettled);
 
   const bool is_probably_none = !(best.score > 0) || context.posterior.none > 1 - context.min_confidence;
   // Where much of the surface meets, what the scene does not determine is the reason for both.
-  if (is_undetermined && best.score > 0 && (!is_probably_none || best.overlap >= kFairOverlap)) {
+  if (is_undetermined && best.score > 0 && (!is_probably_none || best.overlap >= context.config.fair_overlap)) {
     decision.status = Status::Unobservable;
     decision.message = unobservableText(decision, context.uncertainty);
   }
@@ -158,7 +156,7 @@ decide(const std::vector<ScoredPose>& poses, const DecisionContext& context)
   }
   // Its rivals were not all looked for, nor was it refined to the end.
   if (context.is_cut_short) {
-    decision.confidence = std::min(decision.confidence, context.config.unfinished);
+    decision.confidence = std::min(decision.confidence, context.config.unsettled);
     decision.status = Status::TimeLimit;
     decision.message = "the time limit cut the search short; so far: " + decision.message;
   }

@@ -12,10 +12,7 @@ namespace pcl_ssfr {
 
 namespace {
 
-constexpr double kRefinedMargin = 0.01;  // [rad] of refined poses beyond a tolerance: noise of the scans and the prior
-constexpr double kLeastDeviation = 1e-4; // [rad] of a prior
-constexpr double kToleranceDeviations = 3; // standard deviations of a given vertical that its tolerance stands for
-constexpr double kSigmaInflation = 5;      // times the deviation that matches claim, they err where they tell little
+constexpr double kLeastDeviation = 1e-4; // [rad] of a prior: no scan is known to less
 
 /// Angle between two directions of any length [rad].
 double
@@ -30,24 +27,15 @@ information(double deviation)
   return 1 / std::pow(std::max(deviation, kLeastDeviation), 2);
 }
 
-/// Information on the rotation of a refined pose, which errs by itself [1/rad^2].
-double
-poseInformation(double deviation)
-{
-  return 1 / (std::pow(deviation, 2) + std::pow(kRefinedMargin, 2));
-}
-
 } // namespace
 
 PosePriors::PosePriors(const Options& options,
                        const std::optional<Eigen::Isometry3d>& guess,
                        const Eigen::Vector3d& place,
                        double radius,
-                       double scale)
-    : gravity_(options.gravity), guess_trust_(options.patch_profile.judgement.guess_trust),
-      guess_deviation_(options.patch_profile.judgement.guess_deviation * scale), radius_(radius), place_(place),
-      direction_error_(options.patch_profile.search.direction_error),
-      translation_margin_(options.patch_profile.refinement.distinct_distance * scale)
+                       const PatchProfileConfig& config)
+    : config_(config.judgement.prior), gravity_(options.gravity), radius_(radius), place_(place),
+      direction_error_(config.search.direction_error), translation_margin_(config.refinement.distinct_distance)
 {
   if (guess && options.guess_tolerance) {
     guess_ = guess;
@@ -64,7 +52,7 @@ PosePriors::keepVertical(const Eigen::Matrix3d& R_target_source, Exactness exact
     return true;
   // Main normals err by no more than the margin of what is proposed, be the tolerance large or small.
   const double reach = exactness == Exactness::Proposed ? std::max(gravity_->tolerance, direction_error_)
-                                                        : gravity_->tolerance + kRefinedMargin;
+                                                        : gravity_->tolerance + config_.pose_error;
   return keepsVertical(R_target_source, *gravity_, reach);
 }
 
@@ -73,7 +61,7 @@ PosePriors::allow(const Eigen::Matrix3d& R_target_source, Exactness exactness) c
 {
   return keepVertical(R_target_source, exactness) &&
          (!guess_ || angleBetween(guess_->linear(), R_target_source) <=
-                         tolerance_.rotation + (exactness == Exactness::Proposed ? direction_error_ : kRefinedMargin));
+                         tolerance_.rotation + (exactness == Exactness::Proposed ? direction_error_ : config_.pose_error));
 }
 
 bool
@@ -101,13 +89,20 @@ PosePriors::translationWindow(const Eigen::Matrix3d& R_target_source, double mar
   return ShiftWindow{*guess_ * place_ - R_target_source * place_, tolerance_.translation + margin};
 }
 
+/// Information on the rotation of a refined pose, which errs by itself [1/rad^2].
+double
+PosePriors::poseInformation(double deviation) const
+{
+  return 1 / (std::pow(deviation, 2) + std::pow(config_.pose_error, 2));
+}
+
 double
 PosePriors::logPrior(const Eigen::Isometry3d& T_target_source) const
 {
   double log_prior = 0;
   if (gravity_) {
     const double tilt = angleOf(T_target_source.linear() * gravity_->up_source, gravity_->up_target);
-    log_prior -= 0.5 * std::pow(tilt, 2) * poseInformation(gravity_->tolerance / kToleranceDeviations);
+    log_prior -= 0.5 * std::pow(tilt, 2) * poseInformation(gravity_->tolerance / config_.tolerance_deviations);
   }
   if (guess_)
     log_prior -= 0.5 * (std::pow(rotationBetween(T_target_source, *guess_), 2) * poseInformation(tolerance_.rotation) +
@@ -115,7 +110,7 @@ PosePriors::logPrior(const Eigen::Isometry3d& T_target_source) const
   if (hint_) {
     const double distance =
         translationBetween(T_target_source, *hint_, place_) + radius_ * rotationBetween(T_target_source, *hint_);
-    log_prior += std::log1p(guess_trust_ / (1 + std::pow(distance / guess_deviation_, 2)));
+    log_prior += std::log1p(config_.guess_trust / (1 + std::pow(distance / config_.guess_deviation, 2)));
   }
   return log_prior;
 }
@@ -137,7 +132,7 @@ PosePriors::rotationInformation() const
   if (gravity_) {
     const Eigen::Vector3d up = gravity_->up_target.normalized();
     known +=
-        information(gravity_->tolerance / kToleranceDeviations) * (Eigen::Matrix3d::Identity() - up * up.transpose());
+        information(gravity_->tolerance / config_.tolerance_deviations) * (Eigen::Matrix3d::Identity() - up * up.transpose());
   }
   return known;
 }
@@ -146,7 +141,7 @@ PosePriors::rotationInformation() const
 double
 PosePriors::tiltDeviation() const
 {
-  return std::max(gravity_->tolerance / (kToleranceDeviations * kSigmaInflation), kLeastDeviation);
+  return std::max(gravity_->tolerance / (config_.tolerance_deviations * config_.match_inflation), kLeastDeviation);
 }
 
 } // namespace pcl_ssfr

@@ -29,13 +29,13 @@ class PosePriors {
 public:
   /// \param[in] guess without it, or without Options::guess_tolerance, no guess bounds the pose
   /// \param[in] place of the source, inner frame [m]: translations are compared there
-  /// \param[in] scale of the scene
   /// \param[in] radius of the source [m]: a rotation moves it by so much per radian
+  /// \param[in] config numbers for the pair, with its lengths
   PosePriors(const Options& options,
              const std::optional<Eigen::Isometry3d>& guess,
              const Eigen::Vector3d& place,
              double radius,
-             double scale);
+             const PatchProfileConfig& config);
 
   /// The guess that bounds the pose, if any.
   const std::optional<Eigen::Isometry3d>&
@@ -63,7 +63,7 @@ public:
   /** \brief Logarithm of the prior probability of a pose, up to a constant of the pair.
    *
    * A vertical and a guess of known tolerance are Gaussian: minus half a squared Mahalanobis distance. A guess without
-   * a tolerance may be wrong: its weight over poses far from it is bounded (JudgementConfig::guess_trust).
+   * a tolerance may be wrong: its weight over poses far from it is bounded (PriorConfig::guess_trust).
    */
   double
   logPrior(const Eigen::Isometry3d& T_target_source) const;
@@ -84,13 +84,15 @@ public:
 
 private:
   double
+  poseInformation(double deviation) const;
+  double
   tiltDeviation() const;
 
+  PriorConfig config_;
   std::optional<GravityPrior> gravity_;
   GuessTolerance tolerance_;               ///< read where there is a guess
   std::optional<Eigen::Isometry3d> guess_; ///< that bounds the pose
   std::optional<Eigen::Isometry3d> hint_;  ///< of no known tolerance
-  double guess_trust_, guess_deviation_;   ///< of the hint
   double radius_;
   Eigen::Vector3d place_;
   double direction_error_;    ///< of a proposed rotation [rad]

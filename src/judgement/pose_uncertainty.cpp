@@ -158,14 +158,14 @@ poseUncertainty(const Refinement& polish, double noise_floor, const Eigen::Matri
 }
 
 std::vector<UnobservableDirection>
-unobservableDirections(const PoseUncertainty& uncertainty, const UncertaintyBounds& bounds)
+unobservableDirections(const PoseUncertainty& uncertainty, const UncertaintyConfig& config)
 {
   std::vector<UnobservableDirection> open;
   for (const PrincipalTranslation& t : uncertainty.translations)
-    if (t.strength < bounds.min_translation)
+    if (t.strength < config.min_translation)
       open.push_back({t.direction, false, t.strength});
   for (const PrincipalRotation& r : uncertainty.rotations)
-    if (r.deviation > bounds.max_rotation)
+    if (r.deviation > config.max_rotation)
       open.push_back({r.axis, true, r.strength});
   return open;
 }

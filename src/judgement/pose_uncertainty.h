@@ -7,6 +7,8 @@
 
 #include <pcl_ssfr/result.h>
 
+#include <pcl_ssfr/patch_config.h>
+
 #include <Eigen/Core>
 
 #include <vector>
@@ -80,20 +82,10 @@ poseUncertainty(const Refinement& polish,
                 double noise_floor,
                 const Eigen::Matrix3d& rotation_prior = Eigen::Matrix3d::Zero());
 
-/// The three numbers by which an uncertainty is judged.
-struct UncertaintyBounds {
-  /// Least strength of a translation that is determined. Relative, because no deviation tells it: in a corridor without
-  /// an end small tilted patches err alike in both scans, and claim a place along it to a few centimetres.
-  double min_translation = 0.005;
-  /// Largest standard deviation of a rotation that is determined [rad]: nine of ten such poses are right to two
-  /// degrees.
-  double max_rotation = 0.0212;
-};
-
 /// Directions that the scene leaves undetermined: translations that hardly any matched surface faces, then rotations
 /// that are not known well enough. Least determined first of each kind; empty when nothing matched.
 std::vector<UnobservableDirection>
-unobservableDirections(const PoseUncertainty& uncertainty, const UncertaintyBounds& bounds = {});
+unobservableDirections(const PoseUncertainty& uncertainty, const UncertaintyConfig& config = {});
 
 /// The motions along which neighbouring optima are worth a look, least determined first: those along which the standard
 /// deviation of the matched surface is above \p deviation [m].

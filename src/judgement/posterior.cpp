@@ -10,10 +10,7 @@ namespace pcl_ssfr {
 
 namespace {
 
-// Logarithms are taken of at least these shares: less is no evidence.
-constexpr double kLeastScore = 0.005;
-constexpr double kLeastClear = 0.03;
-constexpr double kLeastShare = 0.001;
+constexpr double kLeastShare = 0.001; // logarithms are taken of at least this share: less is no evidence
 
 /// Log odds that the truth is among the poses of which \p best is the most probable one.
 double
@@ -21,7 +18,7 @@ logOddsOfAny(const ScoredPose& best, const PosteriorConfig& config)
 {
   const WeightedEvidence& facing = best.evidence.facing;
   const double clear = best.facing_score * facing.total / std::max(facing.matched, kLeastShare);
-  return config.known + config.clear * std::log(std::clamp(clear, kLeastClear, 1.0)) +
+  return config.known + config.clear * std::log(std::clamp(clear, kLeastShare, 1.0)) +
          config.third * std::log(thirdDirection(best.evidence) + kLeastShare) +
          config.matches * std::log(facing.matched + 1);
 }
@@ -32,7 +29,7 @@ double
 logWeight(const ScoredPose& pose, const PosteriorConfig& config)
 {
   return config.significance * pose.score * std::sqrt(pose.evidence.patches.total) +
-         config.lead * std::log(std::max(pose.score, kLeastScore)) + pose.log_prior;
+         config.lead * std::log(std::max(pose.score, kLeastShare)) + pose.log_prior;
 }
 
 Posterior

@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include "common/vector_clones.h"
 #include "preparation/planar_patches.h"
 
 #include <Eigen/Core>
@@ -201,7 +202,7 @@ private:
 
   /// Where some places are in the grid.
   struct Located {
-    static constexpr std::size_t kSize = 32;
+    static constexpr std::size_t kSize = kBatchSize;
     std::array<std::int32_t, kSize> block;
     std::array<std::int32_t, kSize> voxel;  ///< within the block
     std::array<std::int32_t, kSize> inside; ///< 1 or 0: then block and voxel are 0

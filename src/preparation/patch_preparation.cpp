@@ -4,7 +4,6 @@
 #include "common/stage_clock.h"
 #include "preparation/thinning.h"
 #include "preparation/viewpoint_search.h"
-#include "profiles/patch_constants.h"
 #include "profiles/patch_profile.h"
 
 #include <algorithm>
@@ -145,7 +144,7 @@ preparePatchScan(const ScanView& scan, const Options& options, const Deadline& d
   };
   ThinnedCloud cloud = thinScan(scan, leaf(), prepared.origin, 0, threadCount(options), deadline);
   // Where points are sparse, patches must be larger to hold enough of them.
-  while (!given && cloud.size() >= static_cast<Eigen::Index>(kMinPoints) &&
+  while (!given && cloud.size() >= config.min_points &&
          pointsPerCell(cloud, patches.coarsest_level) < static_cast<std::size_t>(config.min_points_per_cell)) {
     prepared.scale *= 2;
     cloud = ThinnedCloud(); // its memory first
@@ -193,9 +192,10 @@ preparePatchScan(const ScanView& scan, const Options& options, const Deadline& d
   if (endsIn("main normals", count(prepared.patches.size()), prepared.main_normals.size()))
     return prepared;
 
-  prepared.votes = drawVotingSamples(prepared.patches.samples, prepared.main_normals, PoseSearchOptions{}.samples);
+  prepared.votes = drawVotingSamples(prepared.patches.samples, prepared.main_normals, config.votes, config.direction_radius);
   prepared.coarse = selectPatches(
-      prepared.patches, drawRepresentatives(prepared.patches.samples, prepared.main_normals, config.coarse_patches));
+      prepared.patches, drawRepresentatives(
+                            prepared.patches.samples, prepared.main_normals, config.coarse_patches, config.direction_radius));
   prepared.coarse.samples.weights.setOnes(); // each stands for others, small and large ones
   prepared.surface =
       drawSurfacePoints(cloud, prepared.patches, config.polish_points, config.polish_group, config.max_polish_points);

@@ -8,11 +8,12 @@
 
 #include <pcl_ssfr/options.h>
 
+#include <cmath>
 #include <vector>
 
 namespace pcl_ssfr {
 
-constexpr double kHalfWidth = 1.7320508075688772; ///< of an evenly covered interval, in standard deviations
+inline const double kHalfWidth = std::sqrt(3.0); ///< of an evenly covered interval, in standard deviations
 
 /// A scan as planar patches, and what fits no plane.
 struct PlanarPatches {

@@ -3,6 +3,7 @@
 
 #include "preparation/range_image.h"
 
+#include "common/angles.h"
 #include "common/vector_clones.h"
 
 #include <algorithm>
@@ -14,11 +15,9 @@ namespace pcl_ssfr {
 
 namespace {
 
-constexpr double kRightAngle = 1.5707963267948966;
-
 /// Some points as seen from a place: arrays, so that the compiler can handle several points at once.
 struct SightBlock {
-  static constexpr std::size_t kSize = 256;
+  static constexpr std::size_t kSize = kBlockSize;
   using Floats = std::array<float, kSize>;
 
   Floats x, y, z; ///< from the place [m]
@@ -60,7 +59,7 @@ struct SightBlock {
 } // namespace
 
 DirectionGrid::DirectionGrid(double cell)
-    : resolution_(std::max(1, static_cast<int>(std::ceil(kRightAngle / cell)))),
+    : resolution_(std::max(1, static_cast<int>(std::ceil(90 * kDegree / cell)))),
       half_(0.5f * static_cast<float>(resolution_))
 {}
 
@@ -70,7 +69,6 @@ depthSpans(const Eigen::Matrix3Xf& points,
            const DirectionGrid& grid,
            const Deadline& deadline)
 {
-  constexpr std::size_t kPointsPerLook = 64 * SightBlock::kSize;
   const auto n = static_cast<std::size_t>(points.cols());
   constexpr float kNothing = std::numeric_limits<float>::infinity();
   std::vector<DepthSpan> spans(grid.size(), DepthSpan{kNothing, 0});

@@ -4,6 +4,7 @@
 #include "preparation/thinning.h"
 
 #include "common/parallel.h"
+#include "common/vector_clones.h"
 
 #include <algorithm>
 #include <array>
@@ -20,9 +21,6 @@ namespace {
 constexpr int kCodeBitsPerAxis = 21;
 constexpr double kHalfRange = 1 << (kCodeBitsPerAxis - 1); // voxels on each side of the origin
 constexpr std::size_t kExtentSamples = 20000;              // points looked at for the percentile
-constexpr std::size_t kPointsPerLook = 16384;              // handled between two looks at the clock
-constexpr std::size_t kCellsPerLook = 256;
-constexpr std::size_t kPartsPerThread = 4;      // of the cells: some hold more points than others
 constexpr std::size_t kPointsPerThread = 65536; // for fewer it does not pay to start one more
 
 // Voxels are sorted cell by cell: what happens within a cell stays in the cache.
@@ -268,13 +266,13 @@ private:
   void
   forEachCell(const Workspace& empty, const Visit& visit) const
   {
-    const std::size_t parts = threads_ > 1 ? kPartsPerThread * static_cast<std::size_t>(threads_) : 1;
+    const auto parts = static_cast<std::size_t>(threads_ > 1 ? kTasksPerThread * threads_ : 1);
     forEachInParallel(static_cast<std::int64_t>(parts), 1, threads_, [&](std::int64_t i) {
       const auto part = static_cast<std::size_t>(i);
       const std::size_t end = (part + 1) * cells_.size() / parts;
       Workspace workspace = empty;
       for (std::size_t cell = part * cells_.size() / parts; cell < end; ++cell) {
-        if (cell % kCellsPerLook == 0 && deadline_.hasPassed())
+        if (deadline_.hasPassed())
           return;
         visit(workspace, cell);
       }

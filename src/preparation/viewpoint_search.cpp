@@ -3,6 +3,7 @@
 
 #include "preparation/viewpoint_search.h"
 
+#include "common/angles.h"
 #include "common/parallel.h"
 #include "common/vector_clones.h"
 #include "preparation/range_image.h"
@@ -35,8 +36,7 @@ drawPoints(const Eigen::Matrix3Xf& points, Eigen::Index most)
 DirectionGrid
 gridFor(Eigen::Index points)
 {
-  constexpr double kSphere = 4 * 3.14159265358979; // [sr]
-  return DirectionGrid(std::min(1.0, std::sqrt(kSphere / static_cast<double>(points))));
+  return DirectionGrid(std::min(1.0, std::sqrt(4 * kPi / static_cast<double>(points))));
 }
 
 /// In how many directions something is seen.

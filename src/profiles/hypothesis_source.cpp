@@ -13,9 +13,6 @@ namespace pcl_ssfr {
 
 namespace {
 
-/// The votes for the best pose under the first rotations spare the others the counting of what is hopeless.
-constexpr std::size_t kFirstRotations = 6;
-
 std::string
 fewDirectionsText(const std::vector<MainNormal>& source, const std::vector<MainNormal>& target)
 {
@@ -35,8 +32,8 @@ HypothesisSource::HypothesisSource(const PatchPair& pair,
       target_normals_(pair.target().main_normals)
 {
   if (const auto& gravity = pair.options().gravity) {
-    source_normals_ = withVertical(source_normals_, gravity->up_source);
-    target_normals_ = withVertical(target_normals_, gravity->up_target);
+    source_normals_ = withVertical(source_normals_, gravity->up_source, pair.config().search);
+    target_normals_ = withVertical(target_normals_, gravity->up_target, pair.config().search);
   }
   few_directions_ = fewDirectionsText(source_normals_, target_normals_);
 }
@@ -88,8 +85,8 @@ HypothesisSource::proposeRotations() const
   const SearchConfig& config = pair_.config().search;
   const PosePriors& priors = pair_.priors();
   RotationOptions options;
-  options.angle_tolerance = config.pair_angle;
-  options.merge_angle = config.pair_angle;
+  options.angle_tolerance = config.direction_error;
+  options.merge_angle = config.direction_error;
   options.refit_angle = config.direction_error;
   std::vector<RotationCandidate> rotations =
       pcl_ssfr::proposeRotations(source_normals_, target_normals_, options, static_cast<unsigned>(pair_.threads()));
@@ -100,8 +97,8 @@ HypothesisSource::proposeRotations() const
   const std::size_t all = rotations.size();
   rotations.resize(std::min(all, static_cast<std::size_t>(config.rotations)));
   const bool few = !few_directions_.empty();
-  for (const RotationCandidate& r : sweepRotations(sweepAxes(source_normals_, pair_.source().patches.samples, few),
-                                                   sweepAxes(target_normals_, pair_.target().patches.samples, few),
+  for (const RotationCandidate& r : sweepRotations(sweepAxes(source_normals_, pair_.source().patches.samples, few, config),
+                                                   sweepAxes(target_normals_, pair_.target().patches.samples, few, config),
                                                    config.sweep_steps))
     if (!is_excluded(r))
       rotations.push_back(r);
@@ -116,19 +113,18 @@ HypothesisSource::proposeRotations() const
 PoseSearchOptions
 HypothesisSource::searchOptions(const SearchPass& pass) const
 {
-  const SearchConfig& config = pair_.config().search;
+  const PatchProfileConfig& config = pair_.config();
   PoseSearchOptions options;
-  options.peaks_first = pass.peaks_first;
-  options.peaks_second = pass.peaks_second;
-  options.bin_width = boundBinWidth(pair_.options().bin_width > 0 ? pair_.options().bin_width : config.bin_width,
-                                    pair_.source().patches.samples,
-                                    pair_.target().patches.samples,
-                                    HistogramOptions{}.max_bins);
-  options.little_overlap = pass.little_overlap;
-  if (pass.little_overlap)
-    options.contradiction_weight = pair_.config().judgement.evidence.contradiction_weight;
-  options.peak_separation = pair_.config().refinement.distinct_distance;
-  options.step = config.step;
+  options.config = config.search;
+  options.pass = pass;
+  double& bin_width = options.config.bin_width;
+  if (pair_.options().bin_width > 0)
+    bin_width = pair_.options().bin_width;
+  bin_width = boundBinWidth(
+      bin_width, pair_.source().patches.samples, pair_.target().patches.samples, HistogramOptions{}.max_bins);
+  options.peak_separation = config.refinement.distinct_distance;
+  options.contradiction_weight =
+      pass.little_overlap ? config.judgement.evidence.contradiction_weight : config.search.contradiction_weight;
   options.visibility = pair_.searchTolerances();
   options.deadline = pair_.deadline();
   return options;
@@ -140,13 +136,7 @@ HypothesisSource::searchTranslations(const SearchPass& pass)
 {
   ++passes_;
   taken_ = 0;
-  PoseSearchOptions options = searchOptions(pass);
-  const std::size_t first = std::min(rotations_.size(), kFirstRotations);
-  std::vector<PoseHypothesis> found = searchTranslationsOf(0, first, options);
-  for (const PoseHypothesis& pose : found)
-    options.rival_votes = std::max(options.rival_votes, pose.votes);
-  const std::vector<PoseHypothesis> others = searchTranslationsOf(first, rotations_.size(), options);
-  found.insert(found.end(), others.begin(), others.end());
+  std::vector<PoseHypothesis> found = searchTranslationsOfAll(searchOptions(pass));
   std::stable_sort(
       found.begin(), found.end(), [](const PoseHypothesis& a, const PoseHypothesis& b) { return a.score > b.score; });
   stages_.report("translations", rotations_.size(), found.size());
@@ -163,15 +153,15 @@ HypothesisSource::searchTranslations(const SearchPass& pass)
   return found;
 }
 
-/// The same for rotations [first, end), each by a thread of its own; in their order.
+/// The same, each rotation by a thread of its own; in their order.
 std::vector<PoseHypothesis>
-HypothesisSource::searchTranslationsOf(std::size_t first, std::size_t end, const PoseSearchOptions& options) const
+HypothesisSource::searchTranslationsOfAll(const PoseSearchOptions& options) const
 {
-  std::vector<std::vector<PoseHypothesis>> found(end - first);
-  forEachInParallel(static_cast<std::int64_t>(end - first), 1, pair_.threads(), [&](std::int64_t i) {
+  std::vector<std::vector<PoseHypothesis>> found(rotations_.size());
+  forEachInParallel(static_cast<std::int64_t>(rotations_.size()), 1, pair_.threads(), [&](std::int64_t i) {
     if (pair_.outOfTime())
       return;
-    const Eigen::Matrix3d& R = rotations_[first + static_cast<std::size_t>(i)].R_target_source;
+    const Eigen::Matrix3d& R = rotations_[static_cast<std::size_t>(i)].R_target_source;
     PoseSearchOptions own = options;
     own.window = pair_.priors().translationWindow(R, options.peak_separation);
     found[static_cast<std::size_t>(i)] = pcl_ssfr::searchTranslations(pair_.source().patches.samples,

@@ -77,7 +77,7 @@ private:
   std::vector<PoseHypothesis>
   searchTranslations(const SearchPass& pass);
   std::vector<PoseHypothesis>
-  searchTranslationsOf(std::size_t first, std::size_t end, const PoseSearchOptions& options) const;
+  searchTranslationsOfAll(const PoseSearchOptions& options) const;
   HypothesisBatch
   takeBatch(std::size_t end, const SearchPass& pass);
 

@@ -5,7 +5,7 @@
 
 #include "directions/mean_shift.h"
 #include "preparation/neighbor_index.h"
-#include "preparation/normal_estimation.h"
+#include "preparation/paper_normals.h"
 
 #include <pcl_ssfr/deadline.h>
 #include <pcl_ssfr/options.h>

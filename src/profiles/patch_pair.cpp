@@ -3,7 +3,7 @@
 
 #include "profiles/patch_pair.h"
 
-#include "profiles/patch_constants.h"
+#include "common/config_numbers.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,38 +13,17 @@ namespace pcl_ssfr {
 
 namespace {
 
-constexpr double kSameSensor = 0.1; // [m] at scale 1: the sensor has not moved
-
-/// The numbers with every length multiplied by \p scale, matching distances by \p noise besides; the match distance is
-/// \p overlap_radius where that is given.
+/// The numbers for a pair; the match distance is the radius of the options where that is given.
 PatchProfileConfig
-scaled(PatchProfileConfig config, double scale, double noise, double overlap_radius)
+configFor(const PatchScan& source, const PatchScan& target, const Options& options, double scale)
 {
-  SearchConfig& search = config.search;
-  for (double* length : {&search.bin_width, &search.step})
-    *length *= scale;
-  RefinementConfig& refinement = config.refinement;
-  EvidenceConfig& evidence = config.judgement.evidence;
-  for (double* length : {&refinement.fine_step,
-                         &refinement.distinct_distance,
-                         &refinement.explored_deviation,
-                         &refinement.explored_distance,
-                         &evidence.lateral,
-                         &evidence.free_margin})
-    *length *= scale;
-  for (double* distance : {&refinement.coarse_reach,
-                           &refinement.coarse_final,
-                           &refinement.fine_reach,
-                           &refinement.fine_final,
-                           &refinement.polish_reach,
-                           &refinement.polish_final,
-                           &evidence.vote_match,
-                           &evidence.loose_match,
-                           &evidence.match})
-    *distance *= scale * noise;
+  const double usual = options.patch_profile.preparation.thickness * scale;
+  PatchProfileConfig config =
+      scaledForPair(options.patch_profile, scale, std::max(source.thickness, target.thickness) / usual);
   // Callers of ICP are used to generous radii; beyond the coarse tolerance the evidence would say nothing.
-  if (overlap_radius > 0)
-    evidence.match = std::min(overlap_radius, evidence.loose_match);
+  EvidenceConfig& evidence = config.judgement.evidence;
+  if (options.overlap_radius > 0)
+    evidence.match = std::min(options.overlap_radius, evidence.loose_match);
   return config;
 }
 
@@ -71,15 +50,11 @@ PatchPair::PatchPair(const PatchScan& source,
                      const Deadline& deadline)
     : source_(source), target_(target), options_(options), deadline_(deadline),
       scale_(std::max(source.scale, target.scale)),
-      config_(
-          scaled(options.patch_profile,
-                 scale_,
-                 std::max(source.thickness, target.thickness) / (options.patch_profile.preparation.thickness * scale_),
-                 options.overlap_radius)),
+      config_(configFor(source, target, options, scale_)),
       either_side_(!(source.patches.samples.oriented && target.patches.samples.oriented &&
                      source.viewpoint_used == target.viewpoint_used)),
       threads_(static_cast<int>(threadCount(options))),
-      priors_(options, betweenInnerFrames(source, target, guess), source.viewpoint, source.extent.radius, scale_)
+      priors_(options, betweenInnerFrames(source, target, guess), source.viewpoint, source.extent.radius, config_)
 {}
 
 const RangeImage*
@@ -97,7 +72,7 @@ PatchPair::seesFreeSpace() const
 VisibilityOptions
 PatchPair::searchTolerances() const
 {
-  return tolerances(config_.judgement.evidence.vote_match, config_.judgement.evidence.loose_normals);
+  return tolerances(config_.judgement.evidence.loose_match, config_.judgement.evidence.loose_normals);
 }
 
 VisibilityOptions
@@ -131,7 +106,7 @@ Eigen::Isometry3d
 PatchPair::refinedFine(const Eigen::Isometry3d& T_target_source) const
 {
   const RefinementConfig& c = config_.refinement;
-  RefinementOptions options = refinement(c.fine_reach, c.fine_final, config_.judgement.evidence.normals, c.fine_steps);
+  RefinementOptions options = refinement(config_.judgement.evidence.loose_match, c.fine_final, config_.judgement.evidence.normals, c.fine_steps);
   options.min_step = c.fine_step;
   return refinePatches(source_.patches, target_.index, T_target_source, options).T_target_source;
 }
@@ -143,8 +118,6 @@ PatchPair::polish(ScoredPose& pose) const
   RefinementOptions options =
       refinement(c.polish_reach, c.polish_final, config_.judgement.evidence.normals, options_.max_refinement_steps);
   options.threads = threads_;
-  if (options.vertical) // the errors of points on one patch are not independent
-    options.vertical->deviation /= std::sqrt(kCorrelatedPointsPerPatch);
   const auto run = [&] {
     return refineMutual(source_.surface, source_.index, target_.surface, target_.index, pose.T_target_source, options);
   };
@@ -205,6 +178,8 @@ PatchPair::tolerances(double distance, double angle) const
   options.match.distance = static_cast<float>(distance);
   options.match.lateral = static_cast<float>(evidence.lateral);
   options.free_margin = options.hidden_margin = static_cast<float>(evidence.free_margin);
+  options.free_ratio = static_cast<float>(1 - evidence.range_margin);
+  options.hidden_ratio = static_cast<float>(1 + evidence.range_margin);
   return options;
 }
 
@@ -213,7 +188,7 @@ PatchPair::tolerances(double distance, double angle) const
 bool
 PatchPair::laysSensorOnSensor(const Eigen::Isometry3d& T_target_source) const
 {
-  return seesFreeSpace() && (T_target_source * source_.viewpoint - target_.viewpoint).norm() < kSameSensor * scale_;
+  return seesFreeSpace() && (T_target_source * source_.viewpoint - target_.viewpoint).norm() < config_.judgement.prior.same_sensor;
 }
 
 /// By the evidence of both scans, each in the other.
@@ -230,7 +205,7 @@ PatchPair::score(ScoredPose& pose, const VisibilityOptions& options) const
   both.patches *= 1 / std::sqrt(scale_);
   both.facing *= 1 / std::sqrt(scale_);
   rate(pose, both, config_.judgement.evidence.contradiction_weight);
-  pose.log_prior = priors_.logPrior(T) + (laysSensorOnSensor(T) ? std::log(config_.judgement.sensor_on_sensor) : 0.0);
+  pose.log_prior = priors_.logPrior(T) + (laysSensorOnSensor(T) ? std::log(config_.judgement.prior.sensor_on_sensor) : 0.0);
 }
 
 RefinementOptions
@@ -240,6 +215,8 @@ PatchPair::refinement(double reach, double final_distance, double angle, int ste
   options.match = tolerances(reach, angle).match;
   options.final_distance = final_distance;
   options.steps = steps;
+  options.least_rms = config_.judgement.uncertainty.noise_floor;
+  options.unseen_curvature = config_.judgement.uncertainty.unseen_curvature;
   options.deadline = deadline_;
   options.vertical = priors_.vertical();
   return options;

@@ -7,7 +7,6 @@
 #include "judgement/decision.h"
 #include "judgement/posterior.h"
 #include "profiles/hypothesis_source.h"
-#include "profiles/patch_constants.h"
 #include "profiles/patch_pair.h"
 #include "profiles/pose_refinement.h"
 
@@ -55,10 +54,11 @@ findProblem(const PatchPair& pair, const HypothesisSource& source)
 {
   for (const PatchScan* scan : {&pair.source(), &pair.target()}) {
     const std::string name = scan == &pair.source() ? "the source scan" : "the target scan";
-    if (scan->extent.finite_points < kMinPoints)
+    const int least = pair.config().preparation.min_points;
+    if (scan->extent.finite_points < static_cast<std::size_t>(least))
       return std::make_pair(Status::TooFewPoints,
                             name + " has " + std::to_string(scan->extent.finite_points) + " finite points, at least " +
-                                std::to_string(kMinPoints) + " are needed");
+                                std::to_string(least) + " are needed");
     const auto& normals = scan == &pair.source() ? source.sourceNormals() : source.targetNormals();
     if (normals.empty() && !pair.priors().guess())
       return std::make_pair(Status::TooFewDirections, name + " has no planes: its rotation cannot be observed");

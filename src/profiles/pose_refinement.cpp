@@ -17,8 +17,6 @@ namespace pcl_ssfr {
 
 namespace {
 
-constexpr double kNoiseFloor = 0.001; // [m] at scale 1, least standard deviation of plane distances
-
 /// Apply \p refine to every pose, in parallel, one slot each.
 template <typename Refine>
 void
@@ -89,13 +87,13 @@ neighboursOf(const PatchPair& pair, const ScoredPose& best)
   const PoseUncertainty uncertainty = uncertaintyOf(pair, best);
   const std::vector<PrincipalMotion> motions = motionsToExplore(uncertainty, config.explored_deviation);
   std::vector<ScoredPose> neighbours;
-  for (std::size_t k = 0; k < std::min(static_cast<std::size_t>(config.explored_motions), motions.size()); ++k)
-    for (const double distance : {config.explored_distance, 2 * config.explored_distance})
+  for (const PrincipalMotion& motion : motions)
+    for (const double distance : {config.distinct_distance, 2 * config.distinct_distance})
       for (const int sign : {-1, 1}) {
         ScoredPose neighbour = best;
         neighbour.polish.reset();
         neighbour.T_target_source = Eigen::Translation3d(uncertainty.centre) *
-                                    expSe3(sign * distance * motions[k].motion) *
+                                    expSe3(sign * distance * motion.motion) *
                                     Eigen::Translation3d(-uncertainty.centre) * best.T_target_source;
         neighbours.push_back(neighbour);
       }
@@ -109,29 +107,25 @@ neighboursOf(const PatchPair& pair, const ScoredPose& best)
 void
 escapeLocalOptimum(const PatchPair& pair, ScoredPose& best)
 {
-  const RefinementConfig& config = pair.config().refinement;
-  constexpr int kRounds = 2;
-  for (int round = 0; round < kRounds && best.score > 0 && !pair.outOfTime(); ++round) {
-    std::vector<ScoredPose> neighbours = neighboursOf(pair, best);
-    forEachPose(pair, neighbours, [&](ScoredPose& pose) {
-      if (pair.outOfTime())
-        return;
-      pair.scoreFine(pose);
-      if (isHopeless(pair, pose, best))
-        return;
-      pose.T_target_source = pair.refinedFine(pose.T_target_source);
-      pair.scoreFine(pose);
-    });
-    pair.priors().dropExcluded(neighbours, Exactness::Refined);
-    sortByWeight(neighbours, pair.posteriorConfig());
-    const auto is_better = [&](const ScoredPose& pose) { return pose.score >= config.explored_gain * best.score; };
-    if (pair.outOfTime() || neighbours.empty() || !is_better(neighbours.front()))
+  if (!(best.score > 0))
+    return;
+  std::vector<ScoredPose> neighbours = neighboursOf(pair, best);
+  forEachPose(pair, neighbours, [&](ScoredPose& pose) {
+    if (pair.outOfTime())
       return;
-    pair.polish(neighbours.front());
-    if (!is_better(neighbours.front()))
+    pair.scoreFine(pose);
+    if (isHopeless(pair, pose, best))
       return;
+    pose.T_target_source = pair.refinedFine(pose.T_target_source);
+    pair.scoreFine(pose);
+  });
+  pair.priors().dropExcluded(neighbours, Exactness::Refined);
+  sortByWeight(neighbours, pair.posteriorConfig());
+  if (pair.outOfTime() || neighbours.empty() || neighbours.front().score <= best.score)
+    return;
+  pair.polish(neighbours.front());
+  if (neighbours.front().score > best.score)
     best = neighbours.front();
-  }
 }
 
 /// The poses that are none of those before them, at most \p most.
@@ -215,7 +209,9 @@ polishLeaders(const PatchPair& pair, std::vector<ScoredPose> poses, StageLog& st
 PoseUncertainty
 uncertaintyOf(const PatchPair& pair, const ScoredPose& pose)
 {
-  return pose.polish ? poseUncertainty(*pose.polish, kNoiseFloor * pair.scale(), pair.priors().rotationInformation())
+  return pose.polish ? poseUncertainty(*pose.polish,
+                                       pair.config().judgement.uncertainty.noise_floor,
+                                       pair.priors().rotationInformation())
                      : PoseUncertainty();
 }
 

@@ -48,11 +48,18 @@ PlaneEquations::operator+=(const PlaneEquations& other)
   return *this;
 }
 
+double
+PlaneEquations::leverArm() const
+{
+  const double rotations = hessian.diagonal().head<3>().sum(), translations = hessian.diagonal().tail<3>().sum();
+  return rotations > 0 && translations > 0 ? std::sqrt(rotations / translations) : 1;
+}
+
 PlaneEquations::Vector6
-PlaneEquations::solve(double lever_arm) const
+PlaneEquations::solve() const
 {
   Vector6 units;
-  units << Eigen::Vector3d::Constant(1 / lever_arm), Eigen::Vector3d::Ones();
+  units << Eigen::Vector3d::Constant(1 / leverArm()), Eigen::Vector3d::Ones();
   const Matrix6 scaled = units.asDiagonal() * fullHessian() * units.asDiagonal();
   const Eigen::SelfAdjointEigenSolver<Matrix6> solver(scaled);
   const Vector6 projected = solver.eigenvectors().transpose() * (units.asDiagonal() * gradient);
@@ -64,7 +71,7 @@ PlaneEquations::solve(double lever_arm) const
 }
 
 PCL_SSFR_VECTOR_CLONES void
-addMatches(PlaneMatches& matches, double scale, double most, PlaneEquations& equations)
+addMatches(PlaneMatches& matches, double scale, PlaneEquations& equations)
 {
   const std::size_t padded = paddedCount(matches);
   for (Doubles* column : {&matches.px,
@@ -86,8 +93,7 @@ addMatches(PlaneMatches& matches, double scale, double most, PlaneEquations& equ
   for (std::size_t i = 0; i < padded; ++i) {
     const double r = matches.distance[i];
     const double q = square / (square + r * r);
-    const bool counts = std::abs(r) < most;
-    const double w = counts ? matches.weight[i] * (q * q) : 0;
+    const double w = matches.weight[i] * (q * q);
     matches.weight[i] = w;
     residuals[i] = w * r;
     near += static_cast<int>(w > 0);

@@ -37,10 +37,14 @@ struct PlaneEquations {
     return hessian.selfadjointView<Eigen::Lower>();
   }
 
+  /// Where matches feel rotations [rad] as much as translations [m]: their root mean square arm [m]; 1 without any.
+  double
+  leverArm() const;
+
   /// The step that solves the equations in the motions that they determine; others are left as they are. Rotations
-  /// [rad] count like motions of a lever of \p lever_arm [m].
+  /// count like motions of the lever arm.
   Vector6
-  solve(double lever_arm) const;
+  solve() const;
 };
 
 /// Places that met planes: at most as many as a PlaceBlock holds.
@@ -82,11 +86,10 @@ struct MatchSpread {
   }
 };
 
-/** \brief Weigh the matches by Geman-McClure's function at \p scale [m], leave out those not nearer than \p most [m],
- * and add them to the equations. The weights of \p matches become the robust ones.
+/** \brief Weigh the matches by Geman-McClure's function at \p scale [m] and add them to the equations. The weights of \p matches become the robust ones.
  */
 void
-addMatches(PlaneMatches& matches, double scale, double most, PlaneEquations& equations);
+addMatches(PlaneMatches& matches, double scale, PlaneEquations& equations);
 
 /// After addMatches(): the surface around the matches.
 void

@@ -8,35 +8,18 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <vector>
 
 namespace pcl_ssfr {
 
 namespace {
 
-constexpr double kKeptMatches = 0.02; // of the final distance: motion of the pose that leaves the matches as they are
-constexpr double kLeverArm = 5;       // [m] makes rotations and translations comparable in the eigenvalue test
-constexpr double kLeastRms = 0.01;    // of the final distance: what matches are good to, at best
-// Share of the curvature that matches keep where a patch does not face its sensor: they are found again wherever the
-// pose is, so they pull less than their distances say. Fitted by likelihood to the errors of 285 pairs of four
-// simulated sensors; 0.1 to 0.3 are as good for those with 32 rings and more, of which few matches are such.
-constexpr double kUnseenCurvature = 0.2;
-
 /// What a step of a refinement starts from.
 struct Step {
   Eigen::Isometry3d T_target_source;
   Eigen::Vector3d centre;
   PatchIndex::Tolerance tolerance;
-  double scale;      ///< of the robust weight [m]
-  bool find_matches; ///< else the pose has hardly moved since they were found, and they are kept
-
-  /// Distance from which on a match does not count [m]; those just found are within the tolerance.
-  double
-  farthest() const
-  {
-    return find_matches ? std::numeric_limits<double>::infinity() : static_cast<double>(tolerance.distance);
-  }
+  double scale; ///< of the robust weight [m]
 };
 
 /// Call \p add_source(first, count, sum) for blocks of the indices 0 ... source_count - 1, \p add_target likewise, and
@@ -85,8 +68,7 @@ forEachMeeting(const Columns& points,
   PlaceBlock places;
   places.move(points.col(first).data(), normals.col(first).data(), count, T_moved);
   int* const found_here = &found[static_cast<std::size_t>(first)];
-  if (step.find_matches)
-    places.find(planes, step.tolerance, found_here);
+  places.find(planes, step.tolerance, found_here);
   for (std::size_t k = 0; k < places.count; ++k) {
     if (found_here[k] < 0)
       continue;
@@ -127,7 +109,6 @@ refine(const Eigen::Isometry3d& T_start,
   const double first = options.match.distance;
   const double last = std::min(options.final_distance, first);
   const int shrinking = std::max(1, options.steps / 2);
-  double moved = std::numeric_limits<double>::infinity(); // since the matches were found [m]
   PatchIndex::Tolerance tolerance = options.match;
   for (int step = 0; step < options.steps; ++step) {
     const double f = std::min(1.0, static_cast<double>(step) / shrinking);
@@ -135,10 +116,7 @@ refine(const Eigen::Isometry3d& T_start,
     const Step state = {result.T_target_source,
                         centre,
                         tolerance,
-                        0.5 * static_cast<double>(tolerance.distance),
-                        moved > kKeptMatches * last};
-    if (state.find_matches)
-      moved = 0;
+                        0.5 * static_cast<double>(tolerance.distance)};
     PlaneEquations equations;
     accumulate(state, equations);
     result.steps = step + 1;
@@ -149,11 +127,10 @@ refine(const Eigen::Isometry3d& T_start,
     if (equations.matches < 3)
       break;
     if (options.vertical)
-      addVertical(*options.vertical, result.T_target_source.linear(), kLeastRms * last, equations);
-    const Eigen::Matrix<double, 6, 1> motion = equations.solve(kLeverArm);
+      addVertical(*options.vertical, result.T_target_source.linear(), options.least_rms, equations);
+    const Eigen::Matrix<double, 6, 1> motion = equations.solve();
     const Eigen::Isometry3d delta = Eigen::Translation3d(centre) * expSe3(motion) * Eigen::Translation3d(-centre);
     result.T_target_source = delta * result.T_target_source;
-    moved += kLeverArm * motion.head<3>().norm() + motion.tail<3>().norm();
     const bool has_settled =
         f >= 1 && motion.head<3>().norm() < options.min_step && motion.tail<3>().norm() < options.min_step;
     if (has_settled || options.deadline.hasPassed())
@@ -161,7 +138,7 @@ refine(const Eigen::Isometry3d& T_start,
   }
   result.T_target_source.linear() = Eigen::Quaterniond(result.T_target_source.linear()).normalized().toRotationMatrix();
   result.statistics =
-      conclude(Step{result.T_target_source, centre, tolerance, 0.5 * static_cast<double>(tolerance.distance), false});
+      conclude(Step{result.T_target_source, centre, tolerance, 0.5 * static_cast<double>(tolerance.distance)});
   return result;
 }
 
@@ -208,7 +185,7 @@ refinePatches(const PlanarPatches& source,
             matches.add(p - centre, at.normal, at.distance, std::sqrt(source.samples.weights[i]) / at.variance);
           };
       forEachMeeting(source.samples.points, source.samples.normals, T, first, count, target, step, found, add);
-      addMatches(matches, step.scale, step.farthest(), sum);
+      addMatches(matches, step.scale, sum);
       addSpread(matches, along, sum);
       addSpread(matches, across, sum);
     };
@@ -277,7 +254,7 @@ refineMutual(const SurfacePoints& source,
         matches.add(p - centre, at.normal, at.distance, 1 / at.variance);
       };
       forEachMeeting(source.points, source.normals, T, first, count, target_planes, step, found_of_source, add);
-      addMatches(matches, step.scale, step.farthest(), sum);
+      addMatches(matches, step.scale, sum);
     };
     // The other way round it is the plane that moves: its distance to a fixed point shrinks along its normal.
     const auto addTarget = [&](Eigen::Index first, Eigen::Index count, PlaneEquations& sum) {
@@ -288,14 +265,14 @@ refineMutual(const SurfacePoints& source,
       };
       forEachMeeting(
           target.points, target.normals, T_source_target, first, count, source_planes, step, found_of_target, add);
-      addMatches(matches, step.scale, step.farthest(), sum);
+      addMatches(matches, step.scale, sum);
     };
     addInBlocks(source.points.cols(), target.points.cols(), options.threads, equations, addSource, addTarget);
   };
   const auto conclude = [&](const Step& step) {
     const Eigen::Isometry3d& T = step.T_target_source;
     const auto shareOf = [&](std::size_t s, std::size_t t) {
-      return source.facing[s] && target.facing[t] ? 1 : kUnseenCurvature;
+      return source.facing[s] && target.facing[t] ? 1 : options.unseen_curvature;
     };
     EquationStatisticsSum sum(source.facing.size(), target.facing.size(), step.scale);
     for (std::size_t i = 0; i < found_of_source.size(); ++i) {
@@ -305,7 +282,7 @@ refineMutual(const SurfacePoints& source,
       const PatchIndex::Meeting at = target_planes.meet(found_of_source[i], p);
       const auto s = static_cast<std::size_t>(source.patches[i]);
       const auto t = static_cast<std::size_t>(found_of_source[i]);
-      if (std::abs(at.distance) < step.farthest())
+      if (std::abs(at.distance) < static_cast<double>(step.tolerance.distance))
         sum.add(s, t, p - centre, at.normal, at.distance, 1 / at.variance, shareOf(s, t));
     }
     const Eigen::Isometry3d T_source_target = T.inverse();
@@ -316,7 +293,7 @@ refineMutual(const SurfacePoints& source,
       const PatchIndex::Meeting at = source_planes.meet(found_of_target[i], T_source_target * q);
       const auto s = static_cast<std::size_t>(found_of_target[i]);
       const auto t = static_cast<std::size_t>(target.patches[i]);
-      if (std::abs(at.distance) < step.farthest())
+      if (std::abs(at.distance) < static_cast<double>(step.tolerance.distance))
         sum.add(s, t, q - centre, T.linear() * at.normal, -at.distance, 1 / at.variance, shareOf(s, t));
     }
     return sum.statistics();

@@ -31,6 +31,8 @@ struct RefinementOptions {
   PatchIndex::Tolerance match;           ///< of the first step; distances shrink from step to step
   double final_distance = 0.05;          ///< plane distance allowed in the last step [m], > 0
   int steps = 8;                         ///< >= 1
+  double least_rms = UncertaintyConfig{}.noise_floor;    ///< what matches are good to, at best [m], > 0
+  double unseen_curvature = UncertaintyConfig{}.unseen_curvature; ///< share of matches that do not face their sensor
   double min_step = 1e-5;                ///< stop when a step at the final distance is smaller ([m] and [rad])
   int threads = 1;                       ///< of refineMutual(), >= 1; the bits do not depend on it
   Deadline deadline;                     ///< no further step when it has passed; one is always made
@@ -82,7 +84,7 @@ drawSurfacePoints(const ThinnedCloud& cloud, const PlanarPatches& patches, int d
  *
  * Patches that do not face their sensor are lines of points that noise spreads to a plane. Lines of one sensor lie
  * alike in every scan and find partners at any pose: they take part in the steps, but Refinement::statistics counts a
- * share of their curvature only.
+ * share of their curvature only (UncertaintyConfig::unseen_curvature).
  */
 Refinement
 refineMutual(const SurfacePoints& source,

@@ -15,10 +15,10 @@ namespace pcl_ssfr {
 
 namespace {
 
-/// Cost of one multiplication relative to a random access, and of one step of a Fourier transform: they choose the
+/// Cost of a random access, and of one step of a Fourier transform, in multiplications of dense arrays: they choose the
 /// way, never the result beyond rounding.
-constexpr double kDenseCost = 0.3;
-constexpr double kFourierCost = 12;
+constexpr double kSparseCost = 3;
+constexpr double kFourierCost = 40;
 /// Correlations below this share of the largest possible value are rounding of the transform.
 constexpr double kFourierNoise = 1e-14;
 
@@ -130,9 +130,10 @@ correlate(const AxisHistogram& source, const AxisHistogram& target, double centr
   const double all_shifts = static_cast<double>(source.counts.size() + target.counts.size());
   const double source_size = static_cast<double>(source_bins.bins.size());
   const double target_size = static_cast<double>(target_bins.bins.size());
-  const double sparse_cost = source_size * target_size * std::min(1.0, shifts / all_shifts) + source_size;
-  const double source_cost = kDenseCost * source_size * shifts;
-  const double target_cost = kDenseCost * target_size * shifts;
+  const double sparse_cost =
+      kSparseCost * (source_size * target_size * std::min(1.0, shifts / all_shifts) + source_size);
+  const double source_cost = source_size * shifts;
+  const double target_cost = target_size * shifts;
   const double fourier_cost = kFourierCost * all_shifts * std::log2(all_shifts);
   const double cheapest = std::min({sparse_cost, source_cost, target_cost, fourier_cost});
   if (cheapest == sparse_cost) {

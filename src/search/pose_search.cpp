@@ -16,19 +16,12 @@ namespace pcl_ssfr {
 
 namespace {
 
-constexpr double kDirectionRadius = 0.35; // [rad] surface within this of a main normal belongs to it
-constexpr double kMaxAxisCos = 0.5;       // the second axis is at least 60 degrees from the first
-constexpr double kMinSharedLength = 0.25; // of the shorter scan's length that must overlap along the third axis
-// Where little overlaps:
-constexpr int kPeakNeighbours = 4;     // shifts tried on each side of the highest peak of a correlation ...
-constexpr double kNeighbourStep = 1.6; // ... and how far apart, in units of the step along the third axis
-
-/// Main normal that a direction belongs to, or main_normals.size().
+/// Main normal that a direction belongs to, within \p radius [rad] of it, or main_normals.size().
 std::size_t
-nearestMainNormal(const Eigen::Vector3d& n, const std::vector<MainNormal>& main_normals)
+nearestMainNormal(const Eigen::Vector3d& n, const std::vector<MainNormal>& main_normals, double radius)
 {
   std::size_t best = main_normals.size();
-  double best_cos = std::cos(kDirectionRadius);
+  double best_cos = std::cos(radius);
   for (std::size_t k = 0; k < main_normals.size(); ++k) {
     const double c = main_normals[k].direction.dot(n);
     if (c > best_cos) {
@@ -84,8 +77,8 @@ axisHistogram(const OrientedSamples& samples,
               const PoseSearchOptions& options)
 {
   HistogramOptions histogram;
-  histogram.bin_width = options.bin_width;
-  histogram.parallel_cos = options.parallel_cos;
+  histogram.bin_width = options.config.bin_width;
+  histogram.parallel_cos = options.config.parallel_cos;
   histogram.facing = facing;
   histogram.normalise = false;
   AxisHistogram h = projectOnAxis(samples, axis, histogram);
@@ -124,12 +117,12 @@ axisPeaks(const AxisCorrelation& along, const Eigen::Vector3d& axis, int count, 
     if (window)
       peaks.back().shift = window->centre.dot(axis);
   }
-  if (options.little_overlap)
-    for (int k = 1; k <= kPeakNeighbours; ++k)
+  if (options.pass.little_overlap)
+    for (int k = 1; k <= options.config.peak_neighbours; ++k)
       for (const int sign : {-1, 1}) {
-        ShiftPeak beside = peaks.front();
-        beside.shift += sign * k * kNeighbourStep * options.step;
-        peaks.push_back(beside);
+        ShiftPeak neighbour = peaks.front();
+        neighbour.shift += sign * k * 2 * options.config.step;
+        peaks.push_back(neighbour);
       }
   return peaks;
 }
@@ -173,7 +166,7 @@ correlateAlongAxis(const OrientedSamples& source,
     }
     const auto offset = [&](const Correlation& a) {
       return static_cast<Eigen::Index>(
-          std::lround((a.first_shift - std::min(sum.first_shift, c.first_shift)) / options.bin_width));
+          std::lround((a.first_shift - std::min(sum.first_shift, c.first_shift)) / options.config.bin_width));
     };
     const Eigen::Index os = offset(sum);
     const Eigen::Index oc = offset(c);
@@ -211,32 +204,37 @@ chooseSearchAxes(const OrientedSamples& source,
   for (const MainNormal& m : main_normals)
     shared.push_back(sharedSurface(facingSurface(source, R.transpose() * m.direction, min_cos),
                                    facingSurface(target, m.direction, min_cos)));
-  const auto best = [&](const Eigen::Vector3d* other) {
-    std::size_t chosen = main_normals.size();
-    for (std::size_t k = 0; k < main_normals.size(); ++k)
-      if ((!other || std::abs(main_normals[k].direction.dot(*other)) < kMaxAxisCos) &&
-          (chosen == main_normals.size() || shared[k] > shared[chosen]))
-        chosen = k;
-    return chosen;
-  };
   Eigen::Matrix3d axes;
-  const std::size_t first = best(nullptr);
-  axes.col(0) = first < main_normals.size() ? main_normals[first].direction : Eigen::Vector3d::UnitZ();
+  const auto first = std::max_element(shared.begin(), shared.end());
+  axes.col(0) = first != shared.end() ? main_normals[static_cast<std::size_t>(first - shared.begin())].direction
+                                      : Eigen::Vector3d::UnitZ();
   const Eigen::Vector3d a = axes.col(0);
-  const std::size_t second = best(&a);
-  axes.col(1) = second < main_normals.size() ? main_normals[second].direction : a.unitOrthogonal();
+  // Then the one that shares most across the first: a second axis at a small angle to it observes little more.
+  axes.col(1) = a.unitOrthogonal();
+  double most = 0;
+  for (std::size_t k = 0; k < main_normals.size(); ++k) {
+    const Eigen::Vector3d& d = main_normals[k].direction;
+    const double across = shared[k] * d.cross(a).squaredNorm();
+    if (across > most) {
+      most = across;
+      axes.col(1) = d;
+    }
+  }
   axes.col(2) = a.cross(axes.col(1)).normalized();
   return axes;
 }
 
 std::vector<Eigen::Index>
-drawRepresentatives(const OrientedSamples& samples, const std::vector<MainNormal>& main_normals, int count)
+drawRepresentatives(const OrientedSamples& samples,
+                    const std::vector<MainNormal>& main_normals,
+                    int count,
+                    double direction_radius)
 {
   const auto side = [&](Eigen::Index i) { return std::sqrt(samples.weights[i]); }; // of a square of that area
   std::vector<std::vector<Eigen::Index>> members(main_normals.size() + 1);
   std::vector<double> sides(main_normals.size() + 1, 0);
   for (Eigen::Index i = 0; i < samples.size(); ++i) {
-    const std::size_t k = nearestMainNormal(samples.normals.col(i), main_normals);
+    const std::size_t k = nearestMainNormal(samples.normals.col(i), main_normals, direction_radius);
     members[k].push_back(i);
     sides[k] += side(i);
   }
@@ -267,9 +265,12 @@ drawRepresentatives(const OrientedSamples& samples, const std::vector<MainNormal
 }
 
 VotingSamples
-drawVotingSamples(const OrientedSamples& samples, const std::vector<MainNormal>& main_normals, int count)
+drawVotingSamples(const OrientedSamples& samples,
+                  const std::vector<MainNormal>& main_normals,
+                  int count,
+                  double direction_radius)
 {
-  const std::vector<Eigen::Index> drawn = drawRepresentatives(samples, main_normals, count);
+  const std::vector<Eigen::Index> drawn = drawRepresentatives(samples, main_normals, count, direction_radius);
   VotingSamples votes;
   votes.points.resize(3, static_cast<Eigen::Index>(drawn.size()));
   votes.normals.resize(3, static_cast<Eigen::Index>(drawn.size()));
@@ -292,49 +293,48 @@ searchTranslations(const OrientedSamples& source,
 {
   if (source.size() == 0 || target.size() == 0)
     return {};
-  const Eigen::Matrix3d axes = chooseSearchAxes(source, target, target_main_normals, R, options.parallel_cos);
+  const Eigen::Matrix3d axes = chooseSearchAxes(source, target, target_main_normals, R, options.config.parallel_cos);
   const auto peaks = [&](int axis, int count) {
     return axisPeaks(correlateAlongAxis(source, target, R.transpose() * axes.col(axis), axes.col(axis), options),
                      axes.col(axis),
                      count,
                      options);
   };
-  const std::vector<ShiftPeak> first = peaks(0, options.peaks_first);
-  const std::vector<ShiftPeak> second = peaks(1, options.peaks_second);
+  const std::vector<ShiftPeak> first = peaks(0, options.pass.peaks_first);
+  const std::vector<ShiftPeak> second = peaks(1, options.pass.peaks_second);
 
   const auto [source_low, source_high] = centralInterval(source, R.transpose() * axes.col(2));
   const auto [target_low, target_high] = centralInterval(target, axes.col(2));
-  const double shared =
-      options.little_overlap ? 0 : kMinSharedLength * std::min(source_high - source_low, target_high - target_low);
-  double shift_low = target_low - source_high + shared;
-  double shift_high = target_high - source_low - shared;
+  double shift_low = target_low - source_high;
+  double shift_high = target_high - source_low;
   if (options.window) {
     const double centre = options.window->centre.dot(axes.col(2));
     shift_low = std::max(shift_low, centre - options.window->radius);
     shift_high = std::min(shift_high, centre + options.window->radius);
   }
-  const auto shifts = static_cast<std::size_t>(std::max(1.0, std::ceil((shift_high - shift_low) / options.step)));
+  const auto shifts = static_cast<std::size_t>(std::max(1.0, std::ceil((shift_high - shift_low) / options.config.step)));
 
   const Ballot ballot(votes, target_index, target_image, R, options.visibility);
   std::vector<Verdict> found;
-  int best_screened = options.rival_votes / static_cast<int>(kScreeningStride);
+  int best_screened = 0;
+  const CountingOptions counting = {options.contradiction_weight, options.config.screening_share, options.config.least_votes};
   for (const ShiftPeak& a : first)
     for (const ShiftPeak& b : second) {
       if (options.deadline.hasPassed())
         break;
       const ShiftLine line{composeShifts(axes, {a.shift, b.shift, shift_low}).cast<float>(),
-                           (axes.col(2) * options.step).cast<float>(),
+                           (axes.col(2) * options.config.step).cast<float>(),
                            shifts};
-      if (options.little_overlap)
-        findUncontradicted(ballot, line, options.contradiction_weight, found);
+      if (options.pass.little_overlap)
+        findUncontradicted(ballot, line, counting, found);
       else
-        findMostVoted(ballot, line, options.contradiction_weight, best_screened, found);
+        findMostVoted(ballot, line, counting, best_screened, found);
     }
 
   std::stable_sort(found.begin(), found.end(), [](const auto& x, const auto& y) { return x.score > y.score; });
   std::vector<PoseHypothesis> kept;
   for (const Verdict& verdict : found) {
-    if (static_cast<int>(kept.size()) >= options.keep)
+    if (static_cast<int>(kept.size()) >= options.pass.refined)
       break;
     PoseHypothesis pose;
     pose.T_target_source.linear() = R;

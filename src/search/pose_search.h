@@ -22,26 +22,20 @@ struct ShiftWindow {
 
 /// Options of the search for translations under a given rotation.
 struct PoseSearchOptions {
-  int samples = 160;               ///< places of the source that vote, >= 8
-  int peaks_first = 5;             ///< correlation peaks tried along the best observed axis, >= 1
-  int peaks_second = 8;            ///< and along the second, >= 1
-  double bin_width = 0.1;          ///< of the histograms [m]
-  double parallel_cos = 0.97;      ///< a patch counts along an axis when its normal is that parallel
-  double peak_separation = 0.3;    ///< [m]
-  double step = 0.25;              ///< of the exhaustive search along the third axis [m]
-  double contradiction_weight = 2; ///< a vote against counts so many votes for
-  int keep = 24;                   ///< poses kept a rotation
-  int rival_votes = 0;             ///< for a pose of another rotation: what stays far below it is not counted in full
-  /// Look for poses under which the scans share little. Where they share much, most votes tell; where they do not,
-  /// poses that lay one scan over the other have more votes than the truth, and only votes against them tell them from
-  /// it. Then all poses are kept that have votes for them in excess of the weighted votes against them, shifts reach to
-  /// where the scans hardly touch, and shifts around the highest peak of a correlation are tried too: surface that is
-  /// seen in common far from both sensors lies off it as soon as the rotation is.
-  bool little_overlap = false;
+  SearchConfig config; ///< numbers, with the lengths of the pair
+  SearchPass pass = SearchConfig{}.much_overlap;
+  double peak_separation = RefinementConfig{}.distinct_distance;     ///< [m]
+  double contradiction_weight = SearchConfig{}.contradiction_weight; ///< a vote against counts so many votes for
   VisibilityOptions visibility;
   Deadline deadline;                 ///< when it has passed no further line of shifts is looked at
   std::optional<ShiftWindow> window; ///< none: every translation
 };
+
+// With SearchPass::little_overlap poses are sought under which the scans share little. Where they share much, the most
+// votes decide; where they do not, poses that lay one scan over the other have more votes than the truth, and only votes
+// against them distinguish them from it. Then all poses are kept that have votes for them in excess of the weighted
+// votes against them, and shifts around the highest peak of a correlation are tried too: surface that is seen in common
+// far from both sensors lies off it as soon as the rotation is.
 
 /// A pose that deserves a closer look.
 struct PoseHypothesis {
@@ -51,7 +45,7 @@ struct PoseHypothesis {
 };
 
 /** \brief Places of a scan that vote on poses: drawn systematically from its patches so that every main direction is
- * heard, with equal weights.
+ * represented, with equal weights.
  */
 struct VotingSamples {
   Eigen::Matrix3Xf points;  ///< 3 x N [m]
@@ -59,16 +53,22 @@ struct VotingSamples {
 };
 
 /** \brief Draw about \p count samples that stand for all of a scan, systematically, so that every main direction is
- * heard. A sample is drawn with the square root of its area, at most once; a direction gets a share that grows with the
+ * represented. A sample is drawn with the square root of its area, at most once; a direction gets a share that grows with the
  * square root of the sum of these.
  * \return indices of the samples, grouped by main direction
  */
 std::vector<Eigen::Index>
-drawRepresentatives(const OrientedSamples& samples, const std::vector<MainNormal>& main_normals, int count);
+drawRepresentatives(const OrientedSamples& samples,
+                    const std::vector<MainNormal>& main_normals,
+                    int count,
+                    double direction_radius = PreparationConfig{}.direction_radius);
 
 /// Representatives as voting samples.
 VotingSamples
-drawVotingSamples(const OrientedSamples& samples, const std::vector<MainNormal>& main_normals, int count);
+drawVotingSamples(const OrientedSamples& samples,
+                  const std::vector<MainNormal>& main_normals,
+                  int count,
+                  double direction_radius = PreparationConfig{}.direction_radius);
 
 /** \brief The axes that searchTranslations() looks along, in the target frame: two along which the scans share most
  * surface, and the direction across both.
@@ -84,8 +84,8 @@ chooseSearchAxes(const OrientedSamples& source,
 /// The histograms of two scans along an axis and their correlation, as searchTranslations() takes them.
 struct AxisCorrelation {
   std::vector<HistogramOptions::Facing> facings; ///< forward and backward; either where normals have no sign
-  std::vector<AxisHistogram> source;             ///< one a facing, of the square root of the surface, smoothed
-  std::vector<AxisHistogram> target;             ///< one a facing
+  std::vector<AxisHistogram> source;             ///< one per facing, of the square root of the surface, smoothed
+  std::vector<AxisHistogram> target;             ///< one per facing
   Correlation sum;                               ///< of the correlations of all facings
 };
 
@@ -105,7 +105,7 @@ searchPeakOptions(const PoseSearchOptions& options, int count);
 
 /** \brief Translations for one rotation: correlation peaks along the two best observed axes (METHOD stages 9 to 11),
  * every shift along the third (METHOD point 14a: it is the axis with few planes on which the truth gets lost), judged
- * by votes of the samples. \return at most options.keep poses, distinct by peak_separation, best first
+ * by votes of the samples. \return at most SearchPass::refined poses, distinct by peak_separation, best first
  */
 std::vector<PoseHypothesis>
 searchTranslations(const OrientedSamples& source,

@@ -111,7 +111,7 @@ public:
       for (const Match& match : matches) {
         correlation += match.weight * target_[match.target].direction * source_[match.source].direction.transpose();
         const Eigen::Vector3d& first = source_[matches.front().source].direction;
-        independent = independent || first.cross(source_[match.source].direction).norm() > kIndependentSine;
+        independent = independent || first.cross(source_[match.source].direction).norm() > 2 * max_angle_;
       }
       if (!independent)
         break;
@@ -121,7 +121,6 @@ public:
   }
 
 private:
-  static constexpr double kIndependentSine = 0.2;
   const std::vector<MainNormal>& source_;
   const std::vector<MainNormal>& target_;
   std::vector<double> source_supports_, target_supports_;

@@ -21,7 +21,7 @@
 
 namespace pcl_ssfr::detail {
 
-inline constexpr std::int32_t kNoIndex = 0; ///< what an empty index list points to: null would mean all points
+inline constexpr std::int32_t kNoIndex{}; ///< what an empty index list points to: null would mean all points
 
 /// Floats before field \p Tag in a point; only for fields that are floats.
 template <typename PointT, typename Tag>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
-#include "preparation/normal_estimation.h"
+#include "preparation/paper_normals.h"
 #include "preparation/voxel_sampling.h"
 #include "scan_views.h"
 #include "synthetic_scene.h"

@@ -1,0 +1,253 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#include <pcl_ssfr/patch_config.h>
+
+#include "common/angles.h"
+#include "common/config_numbers.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <sstream>
+#include <stdexcept>
+
+namespace pcl_ssfr {
+
+namespace {
+
+const std::string kPreparation = "preparation.";
+
+bool
+isOfPreparation(const ConfigNumber& number)
+{
+  return number.name.compare(0, kPreparation.size(), kPreparation) == 0;
+}
+
+[[noreturn]] void
+reject(const std::string& name, double value, const std::string& bound)
+{
+  std::ostringstream text;
+  text << name << " = " << value << ", must " << bound;
+  throw std::invalid_argument(text.str());
+}
+
+/// What \p number must be; empty: it is. Conditions are written so that NaN is not.
+std::string
+violatedBound(const ConfigNumber& number)
+{
+  const double v = number.value();
+  const bool finite = std::isfinite(v);
+  switch (number.bound) {
+  case NumberBound::Finite: return finite ? "" : "be finite";
+  case NumberBound::NotNegative: return v >= 0 && finite ? "" : "not be negative";
+  case NumberBound::Positive: return v > 0 && finite ? "" : "be positive and finite";
+  case NumberBound::AtLeastOne: return v >= 1 && finite ? "" : "be at least 1";
+  case NumberBound::Share: return v >= 0 && v <= 1 ? "" : "be in [0, 1]";
+  case NumberBound::Chord: return v > 0 && v <= 1 ? "" : "be a chord in (0, 1]";
+  case NumberBound::RightAngle: return v > 0 && v <= 90 * kDegree ? "" : "be in (0, pi/2]";
+  }
+  return "";
+}
+
+} // namespace
+
+std::vector<ConfigNumber>
+numbersOf(PatchProfileConfig& config)
+{
+  using Bound = NumberBound;
+  using Scaling = NumberScaling;
+// The name of a number is where it is.
+#define NUMBER(path, ...)                                                                                              \
+  {                                                                                                                    \
+    #path, config.path, __VA_ARGS__                                                                                    \
+  }
+#define LEVEL(k)                                                                                                       \
+  NUMBER(preparation.viewpoint.levels[k].places, Bound::AtLeastOne),                                                   \
+      NUMBER(preparation.viewpoint.levels[k].points, Bound::AtLeastOne),                                               \
+      NUMBER(preparation.viewpoint.levels[k].step, Bound::Positive, Scaling::Scene)
+#define POSTERIOR(which)                                                                                               \
+  NUMBER(judgement.which.known, Bound::Finite), NUMBER(judgement.which.clear, Bound::NotNegative),                     \
+      NUMBER(judgement.which.third, Bound::NotNegative), NUMBER(judgement.which.matches, Bound::NotNegative),          \
+      NUMBER(judgement.which.significance, Bound::NotNegative), NUMBER(judgement.which.lead, Bound::NotNegative)
+#define PASS(which)                                                                                                    \
+  NUMBER(search.which.peaks_first, Bound::AtLeastOne), NUMBER(search.which.peaks_second, Bound::AtLeastOne),           \
+      NUMBER(search.which.refined, Bound::AtLeastOne), NUMBER(search.which.promising, Bound::Share),                   \
+      NUMBER(search.which.distinct, Bound::AtLeastOne)
+  return {NUMBER(preparation.min_points, Bound::AtLeastOne),
+          NUMBER(preparation.smallest_radius, Bound::Positive),
+          NUMBER(preparation.largest_radius, Bound::Positive),
+          NUMBER(preparation.min_points_per_cell, Bound::AtLeastOne),
+          NUMBER(preparation.leaf, Bound::Positive, Scaling::Scene),
+          NUMBER(preparation.thickness, Bound::Positive, Scaling::Scene),
+          NUMBER(preparation.max_noise, Bound::AtLeastOne),
+          NUMBER(preparation.thin_share, Bound::Share),
+          NUMBER(preparation.noise_factor, Bound::Positive),
+          NUMBER(preparation.max_main_normals, Bound::AtLeastOne),
+          NUMBER(preparation.density_radius, Bound::Chord),
+          NUMBER(preparation.silence_chord, Bound::Chord),
+          NUMBER(preparation.min_relative_density, Bound::Share),
+          NUMBER(preparation.max_density_queries, Bound::NotNegative),
+          NUMBER(preparation.direction_radius, Bound::RightAngle),
+          NUMBER(preparation.votes, Bound::AtLeastOne),
+          NUMBER(preparation.index_voxel, Bound::Positive, Scaling::Scene),
+          NUMBER(preparation.range_cell, Bound::RightAngle),
+          NUMBER(preparation.coarse_patches, Bound::AtLeastOne),
+          NUMBER(preparation.polish_points, Bound::AtLeastOne),
+          NUMBER(preparation.polish_group, Bound::AtLeastOne),
+          NUMBER(preparation.max_polish_points, Bound::AtLeastOne),
+          LEVEL(0),
+          LEVEL(1),
+          LEVEL(2),
+          LEVEL(3),
+          NUMBER(preparation.viewpoint.reach, Bound::Positive),
+          NUMBER(preparation.viewpoint.depth_ratio, Bound::AtLeastOne),
+          NUMBER(preparation.viewpoint.depth_margin, Bound::Positive, Scaling::Scene),
+          NUMBER(preparation.viewpoint.two_depth_weight, Bound::Positive),
+          NUMBER(preparation.viewpoint.min_contrast, Bound::Share),
+          NUMBER(preparation.viewpoint.max_two_depths, Bound::Share),
+          NUMBER(preparation.viewpoint.contrast_distance, Bound::Positive, Scaling::Scene),
+          NUMBER(search.direction_error, Bound::Positive),
+          NUMBER(search.rotations, Bound::AtLeastOne),
+          NUMBER(search.sweep_axes, Bound::NotNegative),
+          NUMBER(search.sweep_steps, Bound::AtLeastOne),
+          NUMBER(search.round_share, Bound::Share),
+          NUMBER(search.bin_width, Bound::Positive, Scaling::Scene),
+          NUMBER(search.parallel_cos, Bound::Share),
+          NUMBER(search.step, Bound::Positive, Scaling::Scene),
+          NUMBER(search.screening_share, Bound::Share),
+          NUMBER(search.least_votes, Bound::Share),
+          NUMBER(search.contradiction_weight, Bound::NotNegative),
+          NUMBER(search.peak_neighbours, Bound::NotNegative),
+          PASS(much_overlap),
+          PASS(little_overlap),
+          NUMBER(refinement.coarse_reach, Bound::Positive, Scaling::Matches),
+          NUMBER(refinement.coarse_final, Bound::Positive, Scaling::Matches),
+          NUMBER(refinement.coarse_steps, Bound::AtLeastOne),
+          NUMBER(refinement.fine_final, Bound::Positive, Scaling::Matches),
+          NUMBER(refinement.fine_steps, Bound::AtLeastOne),
+          NUMBER(refinement.fine_step, Bound::Positive, Scaling::Scene),
+          NUMBER(refinement.polish_reach, Bound::Positive, Scaling::Matches),
+          NUMBER(refinement.polish_final, Bound::Positive, Scaling::Matches),
+          NUMBER(refinement.kept_score, Bound::Share),
+          NUMBER(refinement.distinct_distance, Bound::Positive, Scaling::Scene),
+          NUMBER(refinement.distinct_angle, Bound::Positive),
+          NUMBER(refinement.polished, Bound::AtLeastOne),
+          NUMBER(refinement.explored_deviation, Bound::Positive, Scaling::Scene),
+          NUMBER(judgement.evidence.loose_match, Bound::Positive, Scaling::Matches),
+          NUMBER(judgement.evidence.match, Bound::Positive, Scaling::Matches),
+          NUMBER(judgement.evidence.lateral, Bound::Positive, Scaling::Scene),
+          NUMBER(judgement.evidence.free_margin, Bound::Positive, Scaling::Scene),
+          NUMBER(judgement.evidence.range_margin, Bound::Share),
+          NUMBER(judgement.evidence.loose_normals, Bound::RightAngle),
+          NUMBER(judgement.evidence.normals, Bound::RightAngle),
+          NUMBER(judgement.evidence.contradiction_weight, Bound::Positive),
+          NUMBER(judgement.prior.pose_error, Bound::Positive),
+          NUMBER(judgement.prior.tolerance_deviations, Bound::Positive),
+          NUMBER(judgement.prior.match_inflation, Bound::Positive),
+          NUMBER(judgement.prior.guess_trust, Bound::Positive),
+          NUMBER(judgement.prior.guess_deviation, Bound::Positive, Scaling::Scene),
+          NUMBER(judgement.prior.sensor_on_sensor, Bound::Positive),
+          NUMBER(judgement.prior.same_sensor, Bound::NotNegative, Scaling::Scene),
+          NUMBER(judgement.uncertainty.noise_floor, Bound::Positive, Scaling::Scene),
+          NUMBER(judgement.uncertainty.unseen_curvature, Bound::Share),
+          NUMBER(judgement.uncertainty.min_translation, Bound::NotNegative),
+          NUMBER(judgement.uncertainty.max_rotation, Bound::Positive),
+          POSTERIOR(posterior),
+          POSTERIOR(posterior_blind),
+          NUMBER(judgement.rival, Bound::Share),
+          NUMBER(judgement.decided, Bound::Share),
+          NUMBER(judgement.hopeless, Bound::Share),
+          NUMBER(judgement.unsettled, Bound::Share),
+          NUMBER(judgement.fair_overlap, Bound::Share),
+          NUMBER(judgement.telling_contradiction, Bound::Share)};
+#undef PASS
+#undef POSTERIOR
+#undef LEVEL
+#undef NUMBER
+}
+
+std::vector<std::string>
+numberNames()
+{
+  PatchProfileConfig config;
+  std::vector<std::string> names;
+  for (const ConfigNumber& number : numbersOf(config))
+    names.push_back(number.name);
+  return names;
+}
+
+void
+setNumber(PatchProfileConfig& config, const std::string& name, double value)
+{
+  const std::vector<ConfigNumber> numbers = numbersOf(config);
+  const auto found =
+      std::find_if(numbers.begin(), numbers.end(), [&](const ConfigNumber& number) { return number.name == name; });
+  if (found == numbers.end())
+    throw std::invalid_argument("'" + name + "' is no number of the configuration");
+  if (found->count) {
+    if (!(value == std::floor(value) && std::abs(value) <= std::numeric_limits<int>::max()))
+      reject(name, value, "be an integer");
+    *found->count = static_cast<int>(value);
+  }
+  else {
+    *found->real = value;
+  }
+  if (const std::string bound = violatedBound(*found); !bound.empty())
+    reject(name, value, bound);
+}
+
+PreparationConfig
+scaled(const PreparationConfig& config, double scale)
+{
+  PatchProfileConfig all;
+  all.preparation = config;
+  for (const ConfigNumber& number : numbersOf(all))
+    if (number.scaling == NumberScaling::Scene && isOfPreparation(number))
+      *number.real *= scale;
+  return all.preparation;
+}
+
+PatchProfileConfig
+scaledForPair(const PatchProfileConfig& config, double scale, double noise)
+{
+  PatchProfileConfig lengths = config;
+  for (const ConfigNumber& number : numbersOf(lengths)) {
+    if (number.scaling == NumberScaling::None || isOfPreparation(number))
+      continue;
+    *number.real *= scale;
+    if (number.scaling == NumberScaling::Matches)
+      *number.real *= noise;
+  }
+  return lengths;
+}
+
+bool
+isSamePreparation(const PatchProfileConfig& a, const PatchProfileConfig& b)
+{
+  PatchProfileConfig one = a, other = b;
+  const std::vector<ConfigNumber> x = numbersOf(one), y = numbersOf(other);
+  return std::equal(x.begin(), x.end(), y.begin(), [](const ConfigNumber& p, const ConfigNumber& q) {
+    return !isOfPreparation(p) || p.value() == q.value();
+  });
+}
+
+void
+validate(const PatchProfileConfig& config)
+{
+  PatchProfileConfig all = config;
+  for (const ConfigNumber& number : numbersOf(all))
+    if (const std::string bound = violatedBound(number); !bound.empty())
+      reject(number.name, number.value(), bound);
+  const PreparationConfig& preparation = config.preparation;
+  if (preparation.largest_radius < preparation.smallest_radius)
+    reject("preparation.largest_radius", preparation.largest_radius, "be at least smallest_radius");
+  const auto& levels = preparation.viewpoint.levels;
+  for (std::size_t k = 1; k < levels.size(); ++k)
+    if (levels[k].step > levels[k - 1].step)
+      reject("preparation.viewpoint.levels[" + std::to_string(k) + "].step",
+             levels[k].step,
+             "be no more than that of the level before");
+}
+
+} // namespace pcl_ssfr
