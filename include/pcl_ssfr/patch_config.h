@@ -86,6 +86,20 @@ struct SearchPass {
   bool little_overlap; ///< by votes against poses instead of votes for them: scans that share little
 };
 
+/// The search for poses of scans that have one direction only in common: seen along it (METHOD, "Search").
+struct PlanSearchConfig {
+  int axes = 3;               ///< best supported main normals of each scan that are laid on each other: in a street
+                              ///< the ground comes after two rows of facades
+  double axis_support = 0.2;  ///< and support of them, as a share of the best supported one, at least
+  int elements = 500;         ///< of a scan that are correlated: with more it takes longer and finds no more
+  double cell = 1;            ///< [m] step of the shifts: half a step of the rotation moves things 25 m away by as much
+  double height = 2;          ///< [m] along the axis within which they meet: a storey apart they do not
+  int matches = 100;          ///< of a pair of axes that are voted on: the truth of 150 of 156 open roads, streets and
+                              ///< car parks is among them
+  int refined = 60;           ///< hypotheses refined, at most
+  int distinct = 16;          ///< distinct poses that go on to the fine refinement: as for scans that share little
+};
+
 /// The search for poses (METHOD, "Search").
 struct SearchConfig {
   double pair_angle = 0.07;      ///< [rad] inner angles of matched pairs agree within this; rotations closer are merged
@@ -99,6 +113,7 @@ struct SearchConfig {
   SearchPass much_overlap = {5, 8, 80, 0.4, 8, false};
   /// For scans that share little, when the first pass does not decide: three times as many poses.
   SearchPass little_overlap = {8, 24, 240, 0, 16, true};
+  PlanSearchConfig plan; ///< when that does not decide either
 };
 
 /// Refinement and polish of poses, and which of them are the same (METHOD, "Refinement").

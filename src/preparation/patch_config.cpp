@@ -83,6 +83,19 @@ validate(const SearchPass& pass, const std::string& name)
 }
 
 void
+validate(const PlanSearchConfig& config)
+{
+  requireAtLeast("search.plan.axes", config.axes, 1);
+  requireShare("search.plan.axis_support", config.axis_support);
+  requireAtLeast("search.plan.elements", config.elements, 1);
+  requirePositive("search.plan.cell", config.cell);
+  requirePositive("search.plan.height", config.height);
+  requireAtLeast("search.plan.matches", config.matches, 1);
+  requireAtLeast("search.plan.refined", config.refined, 1);
+  requireAtLeast("search.plan.distinct", config.distinct, 1);
+}
+
+void
 validate(const SearchConfig& config)
 {
   requirePositive("search.pair_angle", config.pair_angle);
@@ -93,6 +106,7 @@ validate(const SearchConfig& config)
   requirePositive("search.step", config.step);
   validate(config.much_overlap, "search.much_overlap");
   validate(config.little_overlap, "search.little_overlap");
+  validate(config.plan);
 }
 
 void

@@ -21,7 +21,7 @@ PatchProfileConfig
 scaled(PatchProfileConfig config, double scale, double noise, double overlap_radius)
 {
   SearchConfig& search = config.search;
-  for (double* length : {&search.bin_width, &search.step})
+  for (double* length : {&search.bin_width, &search.step, &search.plan.cell, &search.plan.height})
     *length *= scale;
   RefinementConfig& refinement = config.refinement;
   EvidenceConfig& evidence = config.judgement.evidence;
