@@ -88,8 +88,8 @@ struct SearchPass {
 
 /// The search for poses of scans that have one direction only in common: seen along it (METHOD, "Search").
 struct PlanSearchConfig {
-  int axes = 3;               ///< best supported main normals of each scan that are laid on each other: in a street
-                              ///< the ground comes after two rows of facades
+  int axes = 2;               ///< best supported main normals of each scan that are laid on each other: three of them
+                              ///< solve no more real pairs and no more simulated ones
   double axis_support = 0.2;  ///< and support of them, as a share of the best supported one, at least
   int elements = 500;         ///< of a scan that are correlated: with more it takes longer and finds no more
   double cell = 1;            ///< [m] step of the shifts: half a step of the rotation moves things 25 m away by as much
