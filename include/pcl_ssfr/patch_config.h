@@ -88,16 +88,16 @@ struct SearchPass {
 
 /// The search for poses of scans that have one direction only in common: seen along it (METHOD, "Search").
 struct PlanSearchConfig {
-  int axes = 2;               ///< best supported main normals of each scan that are laid on each other: three of them
-                              ///< solve no more real pairs and no more simulated ones
-  double axis_support = 0.2;  ///< and support of them, as a share of the best supported one, at least
-  int elements = 500;         ///< of a scan that are correlated: with more it takes longer and finds no more
-  double cell = 1;            ///< [m] step of the shifts: half a step of the rotation moves things 25 m away by as much
-  double height = 2;          ///< [m] along the axis within which they meet: a storey apart they do not
-  int matches = 100;          ///< of a pair of axes that are voted on: the truth of 150 of 156 open roads, streets and
-                              ///< car parks is among them
-  int refined = 60;           ///< hypotheses refined, at most
-  int distinct = 16;          ///< distinct poses that go on to the fine refinement: as for scans that share little
+  int axes = 2;              ///< best supported main normals of each scan that are laid on each other: three of them
+                             ///< solve no more real pairs and no more simulated ones
+  double axis_support = 0.2; ///< and support of them, as a share of the best supported one, at least
+  int elements = 500;        ///< of a scan that are correlated: with more it takes longer and finds no more
+  double cell = 1;           ///< [m] step of the shifts: half a step of the rotation moves things 25 m away by as much
+  double height = 2;         ///< [m] along the axis within which they meet: a storey apart they do not
+  int matches = 100;         ///< of a pair of axes that are voted on: the truth is among them for 161 of 173 pairs of
+                             ///< roads, streets and car parks about their best supported main normals
+  int refined = 60;          ///< hypotheses refined, at most
+  int distinct = 16;         ///< distinct poses that go on to the fine refinement: as for scans that share little
 };
 
 /// The search for poses (METHOD, "Search").

@@ -64,7 +64,7 @@ HypothesisSource::next()
     hypotheses_ = searchTranslations(config.little_overlap);
     return takeBatch(hypotheses_.size(), config.little_overlap);
   }
-  if (!has_searched_plans_) {
+  if (!has_searched_plans_ && !source_normals_.empty() && !target_normals_.empty()) {
     has_searched_plans_ = true;
     return searchPlans();
   }

@@ -29,7 +29,8 @@ struct HypothesisBatch {
  * first, each made only when it is asked for.
  *
  * First the poses with most votes, with the guess; then the others of that pass; then a pass for scans that share
- * little; last poses under which one direction only of the scans agrees. A new kind of hypothesis is a new batch in next().
+ * little; last poses under which one direction only of the scans agrees. A new kind of hypothesis is a new batch in
+ * next().
  */
 class HypothesisSource {
 public:

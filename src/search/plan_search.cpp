@@ -88,10 +88,7 @@ findMatches(const Plans& plans, const PlanSearchOptions& options)
 } // namespace
 
 std::vector<AxisPair>
-pairAxes(const std::vector<MainNormal>& source,
-         const std::vector<MainNormal>& target,
-         int most,
-         double least_support)
+pairAxes(const std::vector<MainNormal>& source, const std::vector<MainNormal>& target, int most, double least_support)
 {
   const std::vector<MainNormal> best_source = bestSupported(source, most, least_support);
   const std::vector<MainNormal> best_target = bestSupported(target, most, least_support);
@@ -145,11 +142,10 @@ searchPlans(const OrientedSamples& source,
       std::vector<Verdict> verdicts;
       for (int line = -lines; line <= lines; ++line) {
         const Eigen::Vector3d start = T.translation() + 2 * line * step * across - 2 * lines * step * along;
-        findUncontradicted(
-            ballot,
-            {start.cast<float>(), (step * along).cast<float>(), static_cast<std::size_t>(4 * lines + 1)},
-            options.voting.contradiction_weight,
-            verdicts);
+        findUncontradicted(ballot,
+                           {start.cast<float>(), (step * along).cast<float>(), static_cast<std::size_t>(4 * lines + 1)},
+                           options.voting.contradiction_weight,
+                           verdicts);
       }
       for (const Verdict& verdict : verdicts) {
         const double score = verdict.score / static_cast<double>(std::max<Eigen::Index>(1, ballot.size()));
@@ -162,8 +158,10 @@ searchPlans(const OrientedSamples& source,
       }
     }
   });
-  found.erase(std::remove_if(found.begin(), found.end(), [](const PoseHypothesis& h) { return h.votes == 0; }),
-              found.end());
+  const auto is_nothing = [&](const PoseHypothesis& h) {
+    return h.votes == 0 || (options.is_allowed && !options.is_allowed(h.T_target_source));
+  };
+  found.erase(std::remove_if(found.begin(), found.end(), is_nothing), found.end());
   std::stable_sort(
       found.begin(), found.end(), [](const PoseHypothesis& a, const PoseHypothesis& b) { return a.score > b.score; });
   return found;

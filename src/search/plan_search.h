@@ -25,18 +25,15 @@ struct AxisPair {
  * \param[in] most main normals of a scan, >= 1 \param[in] least_support share of its best supported one, [0, 1]
  */
 std::vector<AxisPair>
-pairAxes(const std::vector<MainNormal>& source,
-         const std::vector<MainNormal>& target,
-         int most,
-         double least_support);
+pairAxes(const std::vector<MainNormal>& source, const std::vector<MainNormal>& target, int most, double least_support);
 
 /// Options of searchPlans().
 struct PlanSearchOptions {
-  PlanSearchConfig config;   ///< lengths scaled to the pair
-  int turns = 80;            ///< rotations about an axis, >= 1
-  double reach = 50;         ///< largest shift across an axis [m]
-  PoseSearchOptions voting;  ///< how places vote on poses: step, visibility, contradiction_weight, deadline are read
-  int threads = 1;           ///< the bits do not depend on it
+  PlanSearchConfig config;  ///< lengths scaled to the pair
+  int turns = 80;           ///< rotations about an axis, >= 1
+  double reach = 50;        ///< largest shift across an axis [m]
+  PoseSearchOptions voting; ///< how places vote on poses: step, visibility, contradiction_weight, deadline are read
+  int threads = 1;          ///< the bits do not depend on it
   std::function<bool(const Eigen::Isometry3d&)> is_allowed; ///< empty: every pose
 };
 

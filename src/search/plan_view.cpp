@@ -72,8 +72,8 @@ public:
     std::vector<float> sums(scores_.size(), 0.0F);
     for (int y = 0; y < last; ++y)
       for (int x = 0; x < last; ++x)
-        sums[index(x, y)] = scores_[index(x, y)] + scores_[index(x + 1, y)] + scores_[index(x, y + 1)] +
-                            scores_[index(x + 1, y + 1)];
+        sums[index(x, y)] =
+            scores_[index(x, y)] + scores_[index(x + 1, y)] + scores_[index(x, y + 1)] + scores_[index(x + 1, y + 1)];
     std::vector<PlanMatch> maxima;
     for (int y = 0; y < last; ++y)
       for (int x = 0; x < last; ++x) {

@@ -35,9 +35,9 @@ drawPlanView(const OrientedSamples& samples, const Eigen::Vector3d& axis, int mo
 
 /// Options of correlatePlanViews().
 struct PlanCorrelationOptions {
-  double cell = 1;       ///< step of the shifts [m]: elements meet within about one
-  double height = 2;     ///< [m] along the axis within which they meet
-  double reach = 50;     ///< largest shift along each of the two directions [m]; 250 cells at most are looked at
+  double cell = 1;   ///< step of the shifts [m]: elements meet within about one
+  double height = 2; ///< [m] along the axis within which they meet
+  double reach = 50; ///< largest shift along each of the two directions [m]; 250 cells at most are looked at
 };
 
 /// A rotation about the axis and a shift under which elements of two plan views meet.
