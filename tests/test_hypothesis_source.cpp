@@ -88,7 +88,7 @@ protected:
   StageLog stages_ = StageLog(reports_);
 };
 
-TEST_F(HypothesesOfARoom, ThePromisingOnesThenTheRestThenLittleOverlapThenNone)
+TEST_F(HypothesesOfARoom, ThePromisingOnesThenTheRestThenLittleOverlapThenPlansThenNone)
 {
   const PatchPair scans = pair();
   const SearchConfig& config = scans.config().search;
@@ -143,6 +143,23 @@ TEST_F(HypothesesOfARoom, ThePromisingOnesThenTheRestThenLittleOverlapThenNone)
             std::min(trace.passes[1].hypotheses.size(), static_cast<std::size_t>(config.little_overlap.refined)));
   EXPECT_EQ(refined(1), little->poses.size());
 
+  EXPECT_TRUE(trace.plan_hypotheses.empty());
+  const std::optional<HypothesisBatch> plans = source.next();
+  ASSERT_TRUE(plans);
+  EXPECT_FALSE(plans->has_guess);
+  EXPECT_EQ(plans->distinct, static_cast<std::size_t>(config.plan.distinct));
+  EXPECT_EQ(trace.passes.size(), 2U);
+  ASSERT_FALSE(plans->poses.empty());
+  EXPECT_EQ(plans->poses.size(), std::min(trace.plan_hypotheses.size(), static_cast<std::size_t>(config.plan.refined)));
+  for (std::size_t i = 0; i < trace.plan_hypotheses.size(); ++i) {
+    const TracedHypothesis& h = trace.plan_hypotheses[i];
+    EXPECT_EQ(h.refined, i < plans->poses.size());
+    EXPECT_TRUE(i == 0 || trace.plan_hypotheses[i - 1].votes >= h.votes);
+    if (h.refined) {
+      EXPECT_THAT(h.T_target_source, IsPoseNear(scans.toOuter(plans->poses[i]), 1e-12, 1e-9));
+    }
+  }
+
   EXPECT_FALSE(source.next());
   EXPECT_FALSE(source.next());
 
@@ -165,7 +182,9 @@ TEST_F(HypothesesOfARoom, ThePromisingOnesThenTheRestThenLittleOverlapThenNone)
   }
 
   // What was done is reported.
-  ASSERT_EQ(reports_.size(), 3U);
+  ASSERT_EQ(reports_.size(), 4U);
+  EXPECT_EQ(reports_[3].name, "plan views");
+  EXPECT_EQ(reports_[3].count_out, trace.plan_hypotheses.size());
   EXPECT_EQ(reports_[0].name, "rotations");
   EXPECT_GT(reports_[0].count_in, 0U);
   EXPECT_EQ(reports_[0].count_out, source.rotations().size());
@@ -182,7 +201,7 @@ TEST_F(HypothesesOfARoom, TheSameWithAndWithoutTraceAndForAnyThreadCount)
   const PatchPair one_thread = pair();
   HypothesisSource untraced(one_thread, std::nullopt, stages_, nullptr);
   const std::vector<HypothesisBatch> expected = allOf(untraced);
-  ASSERT_EQ(expected.size(), 3U);
+  ASSERT_EQ(expected.size(), 4U);
   SearchTrace trace;
   HypothesisSource traced(one_thread, std::nullopt, stages_, &trace);
   expectSame(allOf(traced), expected);
@@ -199,7 +218,7 @@ TEST_F(HypothesesOfARoom, AllAtOnceWhereNoneAreMorePromising)
   const PatchPair scans = pair();
   HypothesisSource source(scans, std::nullopt, stages_, nullptr);
   const std::vector<HypothesisBatch> batches = allOf(source);
-  ASSERT_EQ(batches.size(), 2U);
+  ASSERT_EQ(batches.size(), 3U);
   EXPECT_EQ(batches[0].poses.size(), static_cast<std::size_t>(scans.config().search.much_overlap.refined));
   EXPECT_FALSE(batches[0].has_guess);
   EXPECT_EQ(batches[1].distinct, static_cast<std::size_t>(scans.config().search.little_overlap.distinct));

@@ -129,6 +129,8 @@ ViewModel::traceSearch()
     }
     passes_.push_back(std::move(pass));
   }
+  for (const TracedHypothesis& hypothesis : trace.plan_hypotheses)
+    plan_poses_.push_back({pair.toInner(hypothesis.T_target_source), hypothesis.refined});
 }
 
 bool
@@ -521,6 +523,21 @@ ViewModel::findPatchLoss() const
                        search.options.pass.refined);
     }
     steps.push_back(vote);
+  }
+  if (!plan_poses_.empty()) {
+    LossStep plan{"plan views", false, format("none of the %zu poses found is near the truth", plan_poses_.size())};
+    const auto found = std::find_if(plan_poses_.begin(), plan_poses_.end(), [&](const auto& pose) {
+      return angleBetween(pose.first.linear(), truth.linear()) < kRotationFound &&
+             (pose.first * source_.viewpoint - truth * source_.viewpoint).norm() < 2 * kShiftFound * scale;
+    });
+    if (found != plan_poses_.end()) {
+      plan.passed = found->second;
+      plan.finding = format("a pose near the truth is number %zu of %zu by votes, which is%s refined",
+                            static_cast<std::size_t>(found - plan_poses_.begin()) + 1,
+                            plan_poses_.size(),
+                            found->second ? "" : " not");
+    }
+    steps.push_back(plan);
   }
   LossStep refinement;
   refinement.stage = "refinement";

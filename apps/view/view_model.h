@@ -13,6 +13,7 @@
 #include <array>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace pcl_ssfr {
@@ -228,6 +229,8 @@ private:
   std::optional<PaperScan> paper_source_;
   std::optional<PaperScan> paper_target_;
   std::vector<ViewedPass> passes_;
+  /// Poses by plan views, between the patches of the scans, most votes first, and whether they were refined.
+  std::vector<std::pair<Eigen::Isometry3d, bool>> plan_poses_;
   std::array<std::vector<MainNormal>, 2> normals_; ///< of source and target, with the vertical where it is given
   std::vector<ViewedPose> poses_;
   std::size_t chosen_ = 0;

@@ -92,6 +92,20 @@ struct SearchPass {
   bool little_overlap; ///< by votes against poses instead of votes for them: scans that share little
 };
 
+/// The search for poses of scans that have one direction only in common: seen along it (METHOD, "Search").
+struct PlanSearchConfig {
+  int axes = 2;              ///< best supported main normals of each scan that are laid on each other: three of them
+                             ///< solve no more real pairs and no more simulated ones
+  double axis_support = 0.2; ///< and support of them, as a share of the best supported one, at least
+  int elements = 500;        ///< of a scan that are correlated: with more it takes longer and finds no more
+  double cell = 1;           ///< [m] step of the shifts: half a step of the rotation moves things 13 m away by as much
+  double height = 2;         ///< [m] along the axis within which they meet: a storey apart they do not
+  int matches = 100;         ///< of a pair of axes that are voted on: the truth is among them for 161 of 173 pairs of
+                             ///< roads, streets and car parks about their best supported main normals
+  int refined = 60;          ///< hypotheses refined, at most
+  int distinct = 16;         ///< distinct poses that go on to the fine refinement: as for scans that share little
+};
+
 /// The search for poses (METHOD, "Search").
 struct SearchConfig {
   double direction_error = 0.12; ///< [rad] a main normal is this exact at worst: inner angles of matched pairs agree within
@@ -114,6 +128,7 @@ struct SearchConfig {
   SearchPass much_overlap = {5, 8, 80, 0.4, 8, false};
   /// For scans that share little, when the first pass does not decide: three times as many poses.
   SearchPass little_overlap = {8, 24, 240, 0, 16, true};
+  PlanSearchConfig plan; ///< when that does not decide either
 };
 
 /// Refinement and polish of poses, and which of them are the same (METHOD, "Refinement").

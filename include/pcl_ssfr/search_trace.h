@@ -30,6 +30,8 @@ struct TracedPass {
  */
 struct SearchTrace {
   std::vector<TracedPass> passes; ///< in the order in which they were made
+  /// After these, poses under which the scans agree in one direction, most votes first; empty: not looked for, or none.
+  std::vector<TracedHypothesis> plan_hypotheses;
 };
 
 } // namespace pcl_ssfr

@@ -5,6 +5,7 @@
 
 #include "common/parallel.h"
 #include "directions/scene_directions.h"
+#include "search/plan_search.h"
 
 #include <algorithm>
 #include <cstdint>
@@ -60,6 +61,10 @@ HypothesisSource::next()
     hypotheses_ = searchTranslations(config.little_overlap);
     return takeBatch(hypotheses_.size(), config.little_overlap);
   }
+  if (!has_searched_plans_ && !source_normals_.empty() && !target_normals_.empty()) {
+    has_searched_plans_ = true;
+    return searchPlans();
+  }
   return std::nullopt;
 }
 
@@ -73,6 +78,50 @@ HypothesisSource::takeBatch(std::size_t end, const SearchPass& pass)
     batch.poses.push_back(hypotheses_[taken_].T_target_source);
     if (trace_)
       trace_->passes.back().hypotheses[taken_].refined = true;
+  }
+  return batch;
+}
+
+/// Poses under which the scans agree in the vertical where it is given, else in one of the main normals of each.
+HypothesisBatch
+HypothesisSource::searchPlans() const
+{
+  const SearchConfig& config = pair_.config().search;
+  const PosePriors& priors = pair_.priors();
+  PlanSearchOptions options;
+  options.config = config.plan;
+  options.turns = config.sweep_steps;
+  options.reach = std::max(pair_.source().extent.radius, pair_.target().extent.radius);
+  options.voting = searchOptions(config.little_overlap);
+  options.threads = pair_.threads();
+  const auto& gravity = pair_.options().gravity;
+  if (gravity || priors.guess())
+    options.is_allowed = [&](const Eigen::Isometry3d& T) { return priors.allow(T, Exactness::Proposed); };
+  const std::vector<AxisPair> axes =
+      gravity ? std::vector<AxisPair>{{gravity->up_source, gravity->up_target}}
+              : pairAxes(source_normals_, target_normals_, config.plan.axes, config.plan.axis_support);
+  std::vector<PoseHypothesis> found;
+  for (const AxisPair& pair : axes) {
+    const std::vector<PoseHypothesis> some = pcl_ssfr::searchPlans(pair_.source().patches.samples,
+                                                                   pair_.source().votes,
+                                                                   pair_.target().patches.samples,
+                                                                   pair_.target().index,
+                                                                   pair_.targetImage(),
+                                                                   pair,
+                                                                   options);
+    found.insert(found.end(), some.begin(), some.end());
+  }
+  std::stable_sort(
+      found.begin(), found.end(), [](const PoseHypothesis& a, const PoseHypothesis& b) { return a.score > b.score; });
+  stages_.report("plan views", axes.size(), found.size());
+  HypothesisBatch batch;
+  batch.distinct = static_cast<std::size_t>(config.plan.distinct);
+  for (const PoseHypothesis& h : found) {
+    const bool is_refined = batch.poses.size() < static_cast<std::size_t>(config.plan.refined);
+    if (is_refined)
+      batch.poses.push_back(h.T_target_source);
+    if (trace_)
+      trace_->plan_hypotheses.push_back({pair_.toOuter(h.T_target_source), h.score, is_refined});
   }
   return batch;
 }

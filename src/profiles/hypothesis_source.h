@@ -28,8 +28,9 @@ struct HypothesisBatch {
 /** \brief Where hypotheses about the pose of a pair come from (METHOD stages 6 to 12): in batches, the most promising
  * first, each made only when it is asked for.
  *
- * First the poses with most votes, with the guess; then the others of that pass; last a pass for scans that share
- * little. A new kind of hypothesis is a new batch in next().
+ * First the poses with most votes, with the guess; then the others of that pass; then a pass for scans that share
+ * little; last poses under which one direction only of the scans agrees. A new kind of hypothesis is a new batch in
+ * next().
  */
 class HypothesisSource {
 public:
@@ -80,6 +81,8 @@ private:
   searchTranslationsOfAll(const PoseSearchOptions& options) const;
   HypothesisBatch
   takeBatch(std::size_t end, const SearchPass& pass);
+  HypothesisBatch
+  searchPlans() const;
 
   const PatchPair& pair_;
   std::optional<Eigen::Isometry3d> guess_;
@@ -91,6 +94,7 @@ private:
   std::vector<PoseHypothesis> hypotheses_; ///< of the current pass, most votes first
   std::size_t taken_ = 0;                  ///< of these
   int passes_ = 0;                         ///< that were begun
+  bool has_searched_plans_ = false;
 };
 
 } // namespace pcl_ssfr

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#pragma once
+
+#include "search/plan_view.h"
+#include "search/pose_search.h"
+
+#include <pcl_ssfr/patch_config.h>
+
+#include <functional>
+#include <vector>
+
+namespace pcl_ssfr {
+
+/// A direction of the source and the direction of the target that it is laid on, unit.
+struct AxisPair {
+  Eigen::Vector3d source = Eigen::Vector3d::UnitZ();
+  Eigen::Vector3d target = Eigen::Vector3d::UnitZ();
+};
+
+/** \brief Pairs of main normals, one of which the scans probably have in common: each of the best supported ones of the
+ * source with each of those of the target. Of two pairs that are opposite in both scans, the first is kept: they allow
+ * the same rotations.
+ * \param[in] most main normals of a scan, >= 1 \param[in] least_support share of its best supported one, [0, 1]
+ */
+std::vector<AxisPair>
+pairAxes(const std::vector<MainNormal>& source, const std::vector<MainNormal>& target, int most, double least_support);
+
+/// Options of searchPlans().
+struct PlanSearchOptions {
+  PlanSearchConfig config;  ///< lengths scaled to the pair
+  int turns = 80;           ///< rotations about an axis, >= 1
+  double reach = 50;        ///< largest shift across an axis [m]
+  PoseSearchOptions voting; ///< how places vote on poses: step, visibility, contradiction_weight, deadline are read
+  int threads = 1;          ///< the bits do not depend on it
+  std::function<bool(const Eigen::Isometry3d&)> is_allowed; ///< empty: every pose
+};
+
+/** \brief Poses under which one direction of the scans agrees: for scans that have no other main normal in common.
+ *
+ * The shift along the axis is the highest peak of the correlation along it (of the ground, with its normal for an
+ * axis). Seen along the axis, what faces across it is correlated under rotations all around it and every shift across
+ * it. The best matches are moved to and fro within a cell and a step of the rotation to where most places of the source
+ * vote for them and fewest against them, as in the search for scans that share little.
+ * \return distinct poses, most votes first; those that have more weighted votes against them than for them are left out
+ */
+std::vector<PoseHypothesis>
+searchPlans(const OrientedSamples& source,
+            const VotingSamples& votes,
+            const OrientedSamples& target,
+            const PatchIndex& target_index,
+            const RangeImage* target_image,
+            const AxisPair& axes,
+            const PlanSearchOptions& options);
+
+} // namespace pcl_ssfr

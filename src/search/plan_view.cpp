@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#include "search/plan_view.h"
+
+#include "common/angles.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+namespace pcl_ssfr {
+
+namespace {
+
+constexpr double kMaxSlope = 0.7071; // sine of the angle by which surface that faces across an axis may face along it
+constexpr int kSectors = 24;         // of headings; elements of neighbouring ones meet: within 15 to 30 degrees
+constexpr int kMaxCells = 250;       // to each side of no shift
+
+using Sectors = std::array<std::vector<PlanElement>, kSectors>;
+
+int
+sectorOf(double heading)
+{
+  const auto sector = static_cast<int>(std::floor((heading / (2 * kPi) + 2) * kSectors));
+  return sector % kSectors;
+}
+
+/// The elements by the sectors of the headings that they meet.
+Sectors
+sortBySector(const PlanView& view, bool oriented)
+{
+  Sectors sectors;
+  for (const PlanElement& e : view.elements)
+    for (int side = 0; side < (oriented ? 1 : 2); ++side) {
+      const int sector = sectorOf(static_cast<double>(e.heading)) + side * kSectors / 2 + kSectors;
+      for (int k = -1; k <= 1; ++k)
+        sectors[static_cast<std::size_t>((sector + k) % kSectors)].push_back(e);
+    }
+  return sectors;
+}
+
+/// Scores over a square of shifts.
+class ShiftGrid {
+public:
+  ShiftGrid(double reach, double cell)
+      : half_(static_cast<int>(std::ceil(std::min(reach / cell, static_cast<double>(kMaxCells))))),
+        width_(2 * half_ + 1), cell_(cell), scores_(static_cast<std::size_t>(width_ * width_), 0.0F)
+  {}
+
+  /// Let \p source, moved already, meet whatever it does. \param[in] height within which elements meet [m]
+  void
+  add(const PlanElement& source, const std::vector<PlanElement>& target, float height)
+  {
+    const float scale = 1 / static_cast<float>(cell_);
+    const float middle = static_cast<float>(half_) + 0.5F;
+    for (const PlanElement& e : target) {
+      const float x = (e.x - source.x) * scale + middle;
+      const float y = (e.y - source.y) * scale + middle;
+      if (x >= 0 && y >= 0 && x < static_cast<float>(width_) && y < static_cast<float>(width_) &&
+          std::abs(e.height - source.height) <= height)
+        scores_[index(static_cast<int>(x), static_cast<int>(y))] += source.weight * e.weight;
+    }
+  }
+
+  /// The local maxima of the sums over two by two cells, which do not depend on where a cell ends.
+  std::vector<PlanMatch>
+  findMaxima(double turn) const
+  {
+    const int last = width_ - 1;
+    std::vector<float> sums(scores_.size(), 0.0F);
+    for (int y = 0; y < last; ++y)
+      for (int x = 0; x < last; ++x)
+        sums[index(x, y)] =
+            scores_[index(x, y)] + scores_[index(x + 1, y)] + scores_[index(x, y + 1)] + scores_[index(x + 1, y + 1)];
+    std::vector<PlanMatch> maxima;
+    for (int y = 0; y < last; ++y)
+      for (int x = 0; x < last; ++x) {
+        const float sum = sums[index(x, y)];
+        if (sum > 0 && isMaximum(sums, x, y))
+          maxima.push_back({turn, Eigen::Vector2d(x + 0.5 - half_, y + 0.5 - half_) * cell_, static_cast<double>(sum)});
+      }
+    return maxima;
+  }
+
+private:
+  std::size_t
+  index(int x, int y) const
+  {
+    return static_cast<std::size_t>(y * width_ + x);
+  }
+
+  /// Of equal neighbours the first is the maximum.
+  bool
+  isMaximum(const std::vector<float>& sums, int x, int y) const
+  {
+    const std::size_t here = index(x, y);
+    for (int v = std::max(0, y - 1); v <= std::min(width_ - 2, y + 1); ++v)
+      for (int u = std::max(0, x - 1); u <= std::min(width_ - 2, x + 1); ++u) {
+        const std::size_t there = index(u, v);
+        if (sums[there] > sums[here] || (sums[there] == sums[here] && there < here))
+          return false;
+      }
+    return true;
+  }
+
+  int half_;
+  int width_;
+  double cell_;
+  std::vector<float> scores_;
+};
+
+} // namespace
+
+PlanView
+drawPlanView(const OrientedSamples& samples, const Eigen::Vector3d& axis, int most)
+{
+  PlanView view;
+  view.oriented = samples.oriented;
+  view.frame.col(2) = axis;
+  view.frame.col(0) = axis.unitOrthogonal();
+  view.frame.col(1) = axis.cross(view.frame.col(0));
+  std::vector<PlanElement> all;
+  for (Eigen::Index i = 0; i < samples.size(); ++i) {
+    const Eigen::Vector3d n = view.frame.transpose() * samples.normals.col(i);
+    if (std::abs(n.z()) > kMaxSlope)
+      continue;
+    const Eigen::Vector3f p = (view.frame.transpose() * samples.points.col(i)).cast<float>();
+    all.push_back({p.x(),
+                   p.y(),
+                   p.z(),
+                   static_cast<float>(std::atan2(n.y(), n.x())),
+                   static_cast<float>(std::sqrt(std::sqrt(samples.weights[i])))});
+  }
+  const auto count = static_cast<std::size_t>(most);
+  if (all.size() <= count) {
+    view.elements = std::move(all);
+    return view;
+  }
+  for (std::size_t k = 0; k < count; ++k)
+    view.elements.push_back(all[(2 * k + 1) * all.size() / (2 * count)]);
+  return view;
+}
+
+std::vector<PlanMatch>
+correlatePlanViews(const PlanView& source,
+                   const PlanView& target,
+                   double turn,
+                   double rise,
+                   const PlanCorrelationOptions& options,
+                   int most)
+{
+  if (source.elements.empty() || target.elements.empty())
+    return {};
+  const Sectors sectors = sortBySector(target, source.oriented && target.oriented);
+  ShiftGrid grid(options.reach, options.cell);
+  const auto c = static_cast<float>(std::cos(turn));
+  const auto s = static_cast<float>(std::sin(turn));
+  for (const PlanElement& e : source.elements) {
+    PlanElement moved = e;
+    moved.x = c * e.x - s * e.y;
+    moved.y = s * e.x + c * e.y;
+    moved.height += static_cast<float>(rise);
+    const double heading = std::remainder(static_cast<double>(e.heading) + turn, 2 * kPi);
+    grid.add(moved, sectors[static_cast<std::size_t>(sectorOf(heading))], static_cast<float>(options.height));
+  }
+  std::vector<PlanMatch> matches = grid.findMaxima(turn);
+  std::stable_sort(
+      matches.begin(), matches.end(), [](const PlanMatch& a, const PlanMatch& b) { return a.score > b.score; });
+  matches.resize(std::min(matches.size(), static_cast<std::size_t>(most)));
+  return matches;
+}
+
+Eigen::Isometry3d
+poseOf(const PlanView& source, const PlanView& target, const PlanMatch& match, double rise)
+{
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.linear() = target.frame * Eigen::AngleAxisd(match.turn, Eigen::Vector3d::UnitZ()) * source.frame.transpose();
+  T.translation() = target.frame * Eigen::Vector3d(match.shift.x(), match.shift.y(), rise);
+  return T;
+}
+
+} // namespace pcl_ssfr
