@@ -3,6 +3,8 @@
 
 #pragma once
 
+#include <any_bytes.h>
+
 #include <apps/io/loaded_cloud.h>
 
 #include <gtest/gtest.h>
@@ -132,18 +134,9 @@ fuzz(const std::string& name,
       }
     }
     bytes = finish(bytes);
-    try {
-      const auto cloud = io::parseCloud(name, bytes);
-      ASSERT_EQ(cloud.points->size(), io::pointCount(cloud.table)) << "round " << round;
-      // A file cannot justify more points than bytes.
-      ASSERT_LE(cloud.points->size(), bytes.size()) << "round " << round;
-      ++accepted;
-    }
-    catch (const io::IoError& error) {
-      const std::string message = error.what();
-      ASSERT_EQ(message.rfind(name, 0), 0U) << "round " << round << ": " << message;
-      ASSERT_EQ(message.find_first_of("\r\n"), std::string::npos) << "round " << round << ": " << message;
-    }
+    std::string message;
+    ASSERT_NO_THROW(message = readAnyBytes(name, bytes)) << "round " << round;
+    accepted += message.empty() ? 1 : 0;
   }
   // A loop that only sees errors of the first line would show nothing.
   EXPECT_GT(accepted, 0);
