@@ -603,8 +603,8 @@ TEST_F(RealE57, smallFiles)
   EXPECT_EQ(count("original_guids.e57"), 1U);
   EXPECT_EQ(count("tiny_pc_and_images.e57"), 2U);
   EXPECT_EQ(count("las2e57_no_images_tag.e57"), 153U);
-  EXPECT_LT(count("cartesian_invalid_state_single.e57"), 3U);
-  EXPECT_GT(count("cartesian_invalid_state_single.e57"), 0U);
+  EXPECT_EQ(count("cartesian_invalid_state_single.e57"), 1U); // of 3, as is the next
+  EXPECT_EQ(count("tiny_spherical.e57"), 180U);               // of 360
   EXPECT_THAT(message("empty.e57"), HasSubstr("empty.e57: holds no scan"));
   EXPECT_THAT(message("corrupt_crc.e57"), HasSubstr("the checksum of page 33 (bytes from 33792) is wrong"));
 
@@ -628,12 +628,9 @@ TEST_F(RealE57, colouredAndSpherical)
   EXPECT_TRUE(low.isApprox(Eigen::Array3f(-9.77952957F, 4.5138793F, 295.524689F), 1e-6F)) << low.transpose();
 
   // Ends in a packet of one record behind one of 2650.
-  const auto last = io::loadCloud(file("read_error.e57"));
-  EXPECT_GT(last.points->size(), 0U);
-  EXPECT_EQ(io::listE57Scans(file("read_error.e57")).at(0).records, 2651U);
+  EXPECT_EQ(io::loadCloud(file("read_error.e57")).points->size(), 2651U);
 
   const auto sphere = io::loadCloud(file("tiny_spherical.e57"));
-  ASSERT_GT(sphere.points->size(), 0U);
   for (const auto& point : *sphere.points)
     EXPECT_TRUE(point.getVector3fMap().allFinite());
 }
