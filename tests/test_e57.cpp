@@ -290,7 +290,7 @@ TEST_F(E57, poseOfTheScan)
   const auto cloud = io::parseCloud("a.e57", makeE57({lineScan(3, pose)}));
   ASSERT_TRUE(cloud.T_file_scan);
   Eigen::Matrix4d expected;
-  expected << 0, -1, 0, 1.5, 1, 0, 0, 0, 0, 0, 1, -3, 0, 0, 0, 1; // a quarter turn about z
+  expected << 0, -1, 0, 1.5, 1, 0, 0, 0, 0, 0, 1, -3, 0, 0, 0, 1; // 90 degrees about z
   EXPECT_TRUE(cloud.T_file_scan->matrix().isApprox(expected, 1e-15));
   EXPECT_EQ((*cloud.points)[2].x, 2); // in the frame of the sensor
 }
@@ -553,7 +553,7 @@ protected:
     const std::filesystem::path data = PCL_SSFR_TEST_DATA_DIR;
     folder_ = data.empty() ? data : data.parent_path() / "e57";
     if (!IsSkipped() && !std::filesystem::is_directory(folder_))
-      GTEST_SKIP() << "no E57 files of other programs: there is no folder e57 beside PCL_SSFR_TEST_DATA_DIR";
+      GTEST_SKIP() << "no E57 files of other programs: there is no folder e57 next to PCL_SSFR_TEST_DATA_DIR";
   }
   std::string
   file(const std::string& name) const
