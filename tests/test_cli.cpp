@@ -4,6 +4,8 @@
 // ssfr_align as its users run it: exit codes, messages, files. PCL_SSFR_ALIGN is the path of the program.
 
 #include <apps/align/align_options.h>
+#include <apps/io/e57_format.h>
+#include <apps/io/e57_writer.h>
 #include <apps/io/file_bytes.h>
 #include <apps/io/transform_file.h>
 #include <apps/methods/method_run.h>
@@ -420,6 +422,44 @@ TEST_F(Program, alignsARoomWithOffsetsAndWritesEverything)
     EXPECT_EQ(png.substr(1, 3), "PNG");
     EXPECT_GT(png.size(), 10000U);
   }
+}
+
+TEST_F(Program, scansOfOneE57File)
+{
+  const Eigen::Isometry3d T_source_room =
+      Eigen::Translation3d(2, -1, 0.5) * Eigen::AngleAxisd(2.6, Eigen::Vector3d::UnitZ());
+  io::writeFile(folder_.file("source.xyz"), room(T_source_room));
+  io::writeFile(folder_.file("target.xyz"), room(Eigen::Isometry3d::Identity()));
+  {
+    io::E57Writer writer(folder_.file("both.e57"));
+    writer.addScan("target", io::loadCloud(folder_.file("target.xyz")), T_source_room); // poses are not used
+    writer.addScan("source", io::loadCloud(folder_.file("source.xyz")), T_source_room);
+    writer.finish();
+  }
+  const std::string both = folder_.file("both.e57");
+  if (!PCL_SSFR_READS_E57) {
+    EXPECT_THAT(run(both + " " + both).errors, HasSubstr("built without pugixml"));
+    GTEST_SKIP() << "built without pugixml";
+  }
+  const auto transform = [this](const std::string& scans) {
+    const Outcome result =
+        run(scans + " --transform " + folder_.file("T.txt") + " --output " + folder_.file("moved.e57"));
+    EXPECT_EQ(result.code, 0) << result.errors;
+    return io::readFile(folder_.file("T.txt"));
+  };
+  const std::string text = transform(folder_.file("source.xyz") + " " + folder_.file("target.xyz"));
+  EXPECT_EQ(transform("'" + both + "#source' '" + both + "#1'"), text);
+  const auto moved = io::loadCloud(folder_.file("moved.e57"));
+  ASSERT_TRUE(moved.T_file_scan);
+  EXPECT_TRUE(moved.T_file_scan->isApprox(io::readTransform(folder_.file("T.txt")), 1e-12));
+  EXPECT_EQ(io::listE57Scans(folder_.file("moved.e57")).at(0).name, "both#source");
+
+  const Outcome several = run(both + " " + folder_.file("target.xyz"));
+  EXPECT_EQ(several.code, 3);
+  EXPECT_THAT(several.errors, HasSubstr("holds 2 scans, pick one of " + both + "#1 ('target', "));
+  const Outcome same = run("'" + both + "#1' '" + both + "#2' --output " + both);
+  EXPECT_EQ(same.code, 2);
+  EXPECT_THAT(same.errors, HasSubstr("--output: "));
 }
 
 TEST_F(Program, refinersStartFromTheGuess)

@@ -3,6 +3,7 @@
 
 #include <apps/align/align_options.h>
 
+#include <apps/io/e57_format.h>
 #include <apps/io/loaded_cloud.h>
 #include <apps/io/text_scanner.h>
 #include <apps/methods/method_options.h>
@@ -27,12 +28,13 @@ po::options_description
 describeOptions()
 {
   po::options_description results("Results", kHelpWidth);
-  results.add_options()("output",
-                        po::value<std::string>()->value_name("FILE"),
-                        "write the moved source (.pcd or .ply): all its fields, in the coordinates of TARGET")(
-      "transform",
+  results.add_options()(
+      "output",
       po::value<std::string>()->value_name("FILE"),
-      "write T_target_source as 4x4 text; it maps points of SOURCE onto TARGET")(
+      "write the moved source: .pcd or .ply with all its fields, in the coordinates of TARGET, or .e57 with its "
+      "pose")("transform",
+              po::value<std::string>()->value_name("FILE"),
+              "write T_target_source as 4x4 text; it maps points of SOURCE onto TARGET")(
       "json",
       po::value<std::string>()->value_name("FILE"),
       "write everything that was found as JSON instead of the summary; '-' is the standard output")(
@@ -78,8 +80,9 @@ checkFiles(const AlignArguments& arguments)
                                                        {"--transform", arguments.transform},
                                                        {"--json", arguments.json == "-" ? "" : arguments.json}};
   constexpr std::size_t kFirstResult = 3;
-  const auto canonical = [](const std::string& file) {
+  const auto canonical = [](const std::string& scan) {
     std::error_code none;
+    const std::string file = io::fileOfScan(scan);
     return fs::weakly_canonical(fs::absolute(file, none), none);
   };
   for (std::size_t i = kFirstResult; i < std::size(named); ++i)
@@ -126,7 +129,7 @@ parseAlignArguments(const std::vector<std::string>& arguments)
   set("json", result.json);
   set("pictures", result.pictures);
   if (!result.output.empty() && !io::isWritableFormat(result.output))
-    throw UsageError("--output: " + result.output + " is not a .pcd or .ply file");
+    throw UsageError("--output: " + result.output + " is not a file of " + io::writableFormats());
   static_cast<MethodArguments&>(result) = readMethodOptions(values);
   checkFiles(result);
   return result;
@@ -142,8 +145,8 @@ alignHelp()
           "the same rooms, halls or streets, which overlap in part. No initial guess and no parameter is needed.\n\n"
           "Scans are read by their extension: "
        << io::readableFormats()
-       << "\n(.csv as in the ASL/ETH data sets, .3d of 3DTK, .bin of KITTI, .las without compression). Points are in "
-          "metres.\n\n"
+       << "\n(.csv as in the ASL/ETH data sets, .3d of 3DTK, .bin of KITTI, .las without compression;\n"
+          "a.e57#2 or a.e57#NAME is one scan of a file with several). Points are in metres.\n\n"
           "Examples:\n"
           "  ssfr_align scan2.pcd scan1.pcd                          print the pose and how sure it is\n"
           "  ssfr_align scan2.pcd scan1.pcd --output moved.pcd       write scan2 in the frame of scan1\n"

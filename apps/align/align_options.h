@@ -18,7 +18,7 @@ struct AlignArguments : MethodArguments {
   bool version = false; ///< print the version and stop; nothing else is set
   std::string source;
   std::string target;
-  std::string output;    ///< moved source, .pcd or .ply; empty: none
+  std::string output;    ///< moved source, .pcd, .ply or .e57; empty: none
   std::string transform; ///< file for the 4x4 transform; empty: none
   std::string json;      ///< file for the JSON report, "-": standard output, empty: none
   std::string pictures;  ///< folder for before.png and after.png; empty: none

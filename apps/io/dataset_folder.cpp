@@ -4,6 +4,7 @@
 #include <apps/io/dataset_folder.h>
 
 #include <apps/io/csv_line.h>
+#include <apps/io/e57_format.h>
 #include <apps/io/file_bytes.h>
 #include <apps/io/loaded_cloud.h>
 #include <apps/io/text_scanner.h>
@@ -63,9 +64,10 @@ problemOfScan(const std::string& folder, const std::string& scan)
     return "is empty";
   const std::string path = scanPath(folder, scan);
   std::error_code error;
-  if (!fs::is_regular_file(path, error))
+  const std::string file = fileOfScan(path);
+  if (!fs::is_regular_file(file, error))
     return inQuotes(scan) + " is no file in " + folder + " or its scans/";
-  if (access(path.c_str(), R_OK) != 0)
+  if (access(file.c_str(), R_OK) != 0)
     return inQuotes(scan) + " is not readable";
   if (!isReadableFormat(path))
     return inQuotes(scan) + " is of no format that is read here (" + readableFormats() + ")";
@@ -180,7 +182,8 @@ scanPath(const std::string& folder, const std::string& scan)
 {
   const fs::path beside = fs::path(folder) / scan;
   std::error_code error;
-  return fs::exists(beside, error) ? beside.string() : (fs::path(folder) / "scans" / scan).string();
+  return fs::exists(fileOfScan(beside.string()), error) ? beside.string()
+                                                        : (fs::path(folder) / "scans" / scan).string();
 }
 
 DatasetFolder

@@ -5,7 +5,7 @@
 
 #include <pcl/PCLPointCloud2.h>
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 
 #include <array>
 #include <cstdint>
@@ -28,6 +28,8 @@ constexpr std::uint8_t kUint64 = 10;
 struct RawCloud {
   pcl::PCLPointCloud2 table;                ///< packed; has scalar fields x, y, z of type FLOAT32 or FLOAT64 [m]
   std::optional<Eigen::Vector3d> viewpoint; ///< in the coordinates of the points [m]
+  /// Where the file places the scan: maps its points into a frame that several scans share [m].
+  std::optional<Eigen::Isometry3d> T_file_scan;
 };
 
 /// Number of points of a table.

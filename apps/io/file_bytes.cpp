@@ -8,6 +8,9 @@
 #include <filesystem>
 #include <memory>
 
+#include <fcntl.h>
+#include <unistd.h>
+
 namespace pcl_ssfr {
 namespace io {
 
@@ -28,10 +31,8 @@ systemMessage()
   return std::strerror(errno);
 }
 
-} // namespace
-
-std::string
-readFile(const std::string& path)
+void
+requireRegularFile(const std::string& path)
 {
   std::error_code error;
   const auto status = std::filesystem::status(path, error);
@@ -43,9 +44,18 @@ readFile(const std::string& path)
     throw IoError(path + ": is a directory");
   if (!std::filesystem::is_regular_file(status))
     throw IoError(path + ": is not a regular file");
+}
+
+} // namespace
+
+std::string
+readFile(const std::string& path)
+{
+  requireRegularFile(path);
   const FilePtr file(std::fopen(path.c_str(), "rb"));
   if (!file)
     throw IoError(path + ": cannot be opened: " + systemMessage());
+  std::error_code error;
   const auto size = std::filesystem::file_size(path, error);
   if (error)
     throw IoError(path + ": " + error.message());
@@ -55,6 +65,40 @@ readFile(const std::string& path)
     throw IoError(path + ": cannot be read: " + systemMessage());
   content.resize(got);
   return content;
+}
+
+FileBytes::FileBytes(const std::string& path) : path_(path)
+{
+  requireRegularFile(path);
+  std::error_code error;
+  size_ = std::filesystem::file_size(path, error);
+  if (error)
+    throw IoError(path + ": " + error.message());
+  descriptor_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (descriptor_ < 0)
+    throw IoError(path + ": cannot be opened: " + systemMessage());
+}
+
+FileBytes::~FileBytes()
+{
+  ::close(descriptor_);
+}
+
+void
+FileBytes::read(std::uint64_t at, std::size_t count, char* to) const
+{
+  while (count > 0) {
+    const ssize_t got = ::pread(descriptor_, to, count, static_cast<off_t>(at));
+    if (got < 0 && errno == EINTR)
+      continue;
+    if (got < 0)
+      throw IoError(path_ + ": cannot be read: " + systemMessage());
+    if (got == 0)
+      throw IoError(path_ + ": became shorter while it was read");
+    at += static_cast<std::uint64_t>(got);
+    to += got;
+    count -= static_cast<std::size_t>(got);
+  }
 }
 
 void

@@ -5,6 +5,7 @@
 
 #include <apps/io/io_error.h>
 
+#include <cstdint>
 #include <cstring>
 #include <string>
 #include <string_view>
@@ -23,6 +24,64 @@ readFile(const std::string& path);
  */
 void
 writeFile(const std::string& path, std::string_view content);
+
+/// Bytes that are read piece by piece: a file larger than memory, or what is in memory already.
+class ByteSource {
+public:
+  ByteSource() = default;
+  ByteSource(const ByteSource&) = delete;
+  ByteSource&
+  operator=(const ByteSource&) = delete;
+  virtual ~ByteSource() = default;
+
+  virtual std::uint64_t
+  size() const = 0;
+  /// Copy \p count bytes from byte \p at on; the caller has compared them with size(). \throw IoError
+  virtual void
+  read(std::uint64_t at, std::size_t count, char* to) const = 0;
+};
+
+/// Bytes in memory, which outlive this.
+class MemoryBytes : public ByteSource {
+public:
+  explicit MemoryBytes(std::string_view bytes) : bytes_(bytes) {}
+  std::uint64_t
+  size() const override
+  {
+    return bytes_.size();
+  }
+  void
+  read(std::uint64_t at, std::size_t count, char* to) const override
+  {
+    std::memcpy(to, bytes_.data() + at, count);
+  }
+
+private:
+  std::string_view bytes_;
+};
+
+/// A regular file, of any length.
+class FileBytes : public ByteSource {
+public:
+  /// \throw IoError as readFile()
+  explicit FileBytes(const std::string& path);
+  ~FileBytes() override;
+  FileBytes(const FileBytes&) = delete;
+  FileBytes&
+  operator=(const FileBytes&) = delete;
+  std::uint64_t
+  size() const override
+  {
+    return size_;
+  }
+  void
+  read(std::uint64_t at, std::size_t count, char* to) const override;
+
+private:
+  std::string path_;
+  int descriptor_ = -1;
+  std::uint64_t size_ = 0;
+};
 
 /// The value of type T at byte \p at of \p bytes (little endian as stored); the caller has checked the bounds.
 template <typename T>

@@ -77,7 +77,8 @@ readHeader(const std::string& path, std::string_view bytes)
     throw IoError(path + ": LAS version " + std::to_string(major) + "." + std::to_string(minor) + " is not supported");
   const unsigned format = valueAt<std::uint8_t>(bytes, kFormatAt);
   if (format >= kCompressedFrom)
-    throw IoError(path + ": is compressed (LAZ), which is not supported: decompress it to LAS first");
+    throw IoError(path +
+                  ": is compressed (LAZ), which is not read: 'pdal translate IN.laz OUT.las' makes a LAS file of it");
   if (format >= kFormats.size())
     throw IoError(path + ": LAS point format " + std::to_string(format) + " is not supported");
 

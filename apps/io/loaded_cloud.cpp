@@ -3,6 +3,8 @@
 
 #include <apps/io/loaded_cloud.h>
 
+#include <apps/io/e57_format.h>
+#include <apps/io/e57_writer.h>
 #include <apps/io/file_bytes.h>
 #include <apps/io/kitti_format.h>
 #include <apps/io/las_format.h>
@@ -17,6 +19,7 @@
 #include <cctype>
 #include <cmath>
 #include <cstring>
+#include <filesystem>
 #include <vector>
 
 namespace pcl_ssfr {
@@ -27,11 +30,13 @@ namespace {
 using Field = pcl::PCLPointField;
 using VectorFields = std::array<const Field*, 3>;
 
+constexpr const char* kE57 = ".e57";
 constexpr std::size_t kOffsetSamples = 1001; ///< points looked at to find the offset
 
 std::string
-extensionOf(const std::string& path)
+extensionOf(const std::string& scan)
 {
+  const std::string path = fileOfScan(scan);
   const std::size_t dot = path.find_last_of("./");
   if (dot == std::string::npos || path[dot] == '/')
     return {};
@@ -63,7 +68,8 @@ readerFor(const std::string& path)
                                        {".3d", readThreedtk},
                                        {".bin", readKitti},
                                        {".las", readLas},
-                                       {".laz", readLas}};
+                                       {".laz", readLas},
+                                       {kE57, readE57}};
   const std::string extension = extensionOf(path);
   for (const Entry& entry : kReaders)
     if (extension == entry.extension)
@@ -133,6 +139,7 @@ finish(const std::string& path, RawCloud raw)
   LoadedCloud cloud;
   cloud.path = path;
   cloud.viewpoint = raw.viewpoint;
+  cloud.T_file_scan = raw.T_file_scan;
   cloud.table = std::move(raw.table);
   const auto xyz = findVector(cloud.table, "x", "y", "z");
   if (!xyz)
@@ -216,7 +223,7 @@ moveTable(const pcl::PCLPointCloud2& source, const Eigen::Isometry3d& T)
 const char*
 readableFormats()
 {
-  return ".pcd .ply .csv .xyz .txt .asc .pts .ptx .3d .bin .las";
+  return ".pcd .ply .csv .xyz .txt .asc .pts .ptx .3d .bin .las .e57";
 }
 
 bool
@@ -238,22 +245,41 @@ LoadedCloud
 loadCloud(const std::string& path)
 {
   requireReader(path);
+  if (extensionOf(path) == kE57) {
+    const FileBytes source(fileOfScan(path));
+    if (source.size() == 0)
+      throw IoError(path + ": is empty");
+    return finish(path, readE57(path, source));
+  }
   const std::string bytes = readFile(path);
   return parseCloud(path, bytes);
+}
+
+const char*
+writableFormats()
+{
+  return ".pcd, .ply or .e57";
 }
 
 bool
 isWritableFormat(const std::string& path)
 {
   const std::string extension = extensionOf(path);
-  return extension == ".pcd" || extension == ".ply";
+  return fileOfScan(path) == path && (extension == ".pcd" || extension == ".ply" || extension == kE57);
 }
 
 void
 saveMovedCloud(const std::string& path, const LoadedCloud& cloud, const Eigen::Isometry3d& T_target_source)
 {
   if (!isWritableFormat(path))
-    throw IoError(path + ": unknown format, the extension must be .pcd or .ply");
+    throw IoError(path + ": unknown format, the extension must be " + writableFormats());
+  if (extensionOf(path) == kE57) {
+    E57Writer writer(path);
+    const std::string file = fileOfScan(cloud.path);
+    const std::string name = std::filesystem::path(file).stem().string() + cloud.path.substr(file.size());
+    writer.addScan(name, cloud, T_target_source);
+    return writer.finish();
+  }
   const pcl::PCLPointCloud2 moved = moveTable(cloud.table, T_target_source);
   if (extensionOf(path) == ".ply")
     return writePly(path, moved);

@@ -30,6 +30,8 @@ struct LoadedCloud {
   Eigen::Vector3d offset = Eigen::Vector3d::Zero();
   /// Where the file says that the sensor was, in file coordinates [m]; nothing when it says the origin or nothing.
   std::optional<Eigen::Vector3d> viewpoint;
+  /// Where the file places the scan among others: maps file coordinates into the frame that they share (E57) [m].
+  std::optional<Eigen::Isometry3d> T_file_scan;
   /// All fields in file coordinates, for writing the cloud again without loss.
   pcl::PCLPointCloud2 table;
 };
@@ -43,6 +45,7 @@ bool
 isReadableFormat(const std::string& path);
 
 /** \brief Read a cloud in the format that the extension of \p path names, in any case of letters.
+ * An E57 file with several scans needs a pick: "FILE#2" or "FILE#NAME" (e57_format.h).
  * \throw IoError naming the file and what is wrong with it
  */
 LoadedCloud
@@ -52,13 +55,18 @@ loadCloud(const std::string& path);
 LoadedCloud
 parseCloud(const std::string& path, std::string_view bytes);
 
-/** \brief True when saveMovedCloud can write a file of this name: .pcd or .ply, in any case of letters. */
+/// The extensions that saveMovedCloud knows, for messages: "a, b or c".
+const char*
+writableFormats();
+
+/// True when saveMovedCloud can write a file of this name, in any case of letters.
 bool
 isWritableFormat(const std::string& path);
 
 /** \brief Write \p cloud moved by a rigid motion, with all its fields; normals are turned along.
  *
- * Coordinates are written as FLOAT64 when the file had them so or when the moved ones are large, else as FLOAT32.
+ * E57 keeps points in the frame of the sensor and the motion as the pose of the scan (e57_writer.h). Else coordinates
+ * are written as FLOAT64 when the file had them so or when the moved ones are large, else as FLOAT32.
  * \param[in] T_target_source maps file coordinates of the cloud to those of the target \throw IoError
  */
 void

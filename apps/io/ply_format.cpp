@@ -310,7 +310,7 @@ readPly(const std::string& path, std::string_view bytes)
       body.skip(*element);
     body.append(*vertex, values);
   }
-  return {tableFromColumns(names, values), std::nullopt};
+  return {tableFromColumns(names, values), std::nullopt, std::nullopt};
 }
 
 void

@@ -188,7 +188,7 @@ readTextTable(const std::string& path, std::string_view bytes)
   const std::size_t points = columns == 0 ? 0 : values.size() / columns;
   if (declared && *declared != points)
     throw IoError(path + ": declares " + std::to_string(*declared) + " points, holds " + std::to_string(points));
-  return {tableFromColumns(names.empty() ? guessNames(values, columns) : names, values), std::nullopt};
+  return {tableFromColumns(names.empty() ? guessNames(values, columns) : names, values), std::nullopt, std::nullopt};
 }
 
 } // namespace io

@@ -53,7 +53,7 @@ readThreedtk(const std::string& path, std::string_view bytes)
     names.insert(names.end(), {"red", "green", "blue"});
   while (names.size() < columns)
     names.push_back("column_" + std::to_string(names.size() + 1));
-  return {tableFromColumns(names, values), std::nullopt};
+  return {tableFromColumns(names, values), std::nullopt, std::nullopt};
 }
 
 } // namespace io

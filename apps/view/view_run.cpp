@@ -6,6 +6,7 @@
 #include <apps/common/format_text.h>
 #include <apps/common/usage_error.h>
 #include <apps/io/dataset_folder.h>
+#include <apps/io/e57_format.h>
 #include <apps/io/file_bytes.h>
 #include <apps/io/transform_file.h>
 #include <apps/methods/options_json.h>
@@ -270,7 +271,7 @@ findScan(const JsonFile& file, const std::string& json_path, const std::string& 
   places.push_back(fs::path(json_path).parent_path() / name);
   places.push_back(fs::path(json_path).parent_path() / fs::path(name).filename());
   for (const fs::path& place : places)
-    if (fs::is_regular_file(place, error))
+    if (fs::is_regular_file(io::fileOfScan(place.string()), error))
       return place.string();
   throw file.wrong(key, "names " + places.front().string() + ", which is no longer there");
 }

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#pragma once
+
+#include <apps/io/field_table.h>
+#include <apps/io/file_bytes.h>
+
+#include <Eigen/Geometry>
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace pcl_ssfr {
+namespace io {
+
+/// One scan of an E57 file.
+struct E57Scan {
+  std::string path;                             ///< picks this scan wherever a scan is read: "hall.e57#2"
+  std::string name;                             ///< as in the file, empty when it has none; not always unique
+  std::string guid;                             ///< as in the file
+  std::uint64_t records = 0;                    ///< points, those without a return included; as the file says
+  std::optional<Eigen::Isometry3d> T_file_scan; ///< maps points of the scan into the frame of the file [m]
+};
+
+/** \brief The scans of an E57 file in their order; their points are not read.
+ * \throw IoError when the file cannot be read or holds no scan
+ */
+std::vector<E57Scan>
+listE57Scans(const std::string& path);
+
+/// The path of a scan without "#2" or "#NAME" behind an E57 file: the file that holds the scan.
+std::string
+fileOfScan(const std::string& path);
+
+/** \brief Read one scan of an E57 file, streaming: the whole file is never in memory.
+ *
+ * Points come in the frame of the scan (the sensor is its origin) and RawCloud::T_file_scan is the pose in the file.
+ * Points that the file calls invalid are left out. Intensity, colour (8 bits), normals (extension), row, column, time
+ * and returns are kept, everything else is skipped.
+ * \param[in] path the file, or "FILE#2" or "FILE#NAME" for the second scan or the one of that name
+ * \throw IoError that lists the scans when the file has several and \p path picks none; when anything is damaged
+ */
+RawCloud
+readE57(const std::string& path, const ByteSource& source);
+
+/// The same on the content of a file that is already in memory.
+RawCloud
+readE57(const std::string& path, std::string_view bytes);
+
+} // namespace io
+} // namespace pcl_ssfr
