@@ -8,7 +8,7 @@ namespace pcl_ssfr {
 namespace io {
 
 std::vector<E57Structure>
-parseE57Xml(const std::string& path, std::string)
+parseE57Xml(const std::string& path, std::string) // NOLINT(performance-unnecessary-value-param): as in e57_xml.cpp
 {
   throw IoError(path + ": E57 files cannot be read: this program was built without pugixml");
 }
