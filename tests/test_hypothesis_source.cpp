@@ -147,10 +147,10 @@ TEST_F(HypothesesOfARoom, ThePromisingOnesThenTheRestThenLittleOverlapThenPlansT
   const std::optional<HypothesisBatch> plans = source.next();
   ASSERT_TRUE(plans);
   EXPECT_FALSE(plans->has_guess);
-  EXPECT_EQ(plans->distinct, static_cast<std::size_t>(config.plan.distinct));
+  EXPECT_EQ(plans->distinct, static_cast<std::size_t>(config.little_overlap.distinct));
   EXPECT_EQ(trace.passes.size(), 2U);
   ASSERT_FALSE(plans->poses.empty());
-  EXPECT_EQ(plans->poses.size(), std::min(trace.plan_hypotheses.size(), static_cast<std::size_t>(config.plan.refined)));
+  EXPECT_EQ(plans->poses.size(), std::min(trace.plan_hypotheses.size(), static_cast<std::size_t>(config.much_overlap.refined)));
   for (std::size_t i = 0; i < trace.plan_hypotheses.size(); ++i) {
     const TracedHypothesis& h = trace.plan_hypotheses[i];
     EXPECT_EQ(h.refined, i < plans->poses.size());
@@ -296,7 +296,7 @@ TEST_F(HypothesesOfARoom, AGuessOfKnownToleranceBoundsThePosesAndIsARotationItse
     for (const Eigen::Isometry3d& T : batch.poses) {
       EXPECT_TRUE(scans.priors().allow(Eigen::Matrix3d(T.linear()), Exactness::Proposed));
       EXPECT_LT(translationBetween(T, scans.toInner(guess), source_->viewpoint),
-                std::sqrt(3) * (reach + scans.config().search.step));
+                std::sqrt(3) * (reach + scans.config().refinement.coarse_reach / 2));
     }
 }
 

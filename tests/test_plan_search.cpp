@@ -22,21 +22,24 @@ TEST(PairedAxes, AreEachOfTheBestWithEachOfTheBest)
   const std::vector<MainNormal> source = {
       {Vector3d::UnitX(), 1}, {Vector3d::UnitZ(), 10}, {Vector3d::UnitY(), 3}, {Vector3d(0.6, 0.8, 0), 2.5}};
   const std::vector<MainNormal> target = {{Vector3d::UnitY(), 4}, {Vector3d::UnitX(), 0.5}};
-  const std::vector<AxisPair> pairs = pairAxes(source, target, 3, 0.3);
-  ASSERT_EQ(pairs.size(), 2U); // 2.5 and 1 of 10, and 0.5 of 4, are too little
+  const std::vector<AxisPair> pairs = pairAxes(source, {target.front()}, SearchConfig());
+  ASSERT_EQ(pairs.size(), 2U);
   EXPECT_EQ(pairs[0].source, Vector3d::UnitZ());
   EXPECT_EQ(pairs[1].source, Vector3d::UnitY());
   EXPECT_EQ(pairs[0].target, Vector3d::UnitY());
-  EXPECT_EQ(pairAxes(source, target, 3, 0).size(), 6U);
-  EXPECT_EQ(pairAxes(source, target, 1, 0).size(), 1U);
-  EXPECT_TRUE(pairAxes(source, {}, 3, 0).empty());
-  EXPECT_TRUE(pairAxes({}, target, 3, 0).empty());
+  SearchConfig config;
+  config.sweep_axes = 3;
+  EXPECT_EQ(pairAxes(source, target, config).size(), 6U);
+  config.sweep_axes = 1;
+  EXPECT_EQ(pairAxes(source, target, config).size(), 1U);
+  EXPECT_TRUE(pairAxes(source, {}, config).empty());
+  EXPECT_TRUE(pairAxes({}, target, config).empty());
 }
 
 TEST(PairedAxes, OppositeInBothScansAreOne)
 {
   const std::vector<MainNormal> both_signs = {{Vector3d::UnitZ(), 2}, {-Vector3d::UnitZ(), 2}};
-  const std::vector<AxisPair> pairs = pairAxes(both_signs, both_signs, 2, 0.5);
+  const std::vector<AxisPair> pairs = pairAxes(both_signs, both_signs, SearchConfig());
   ASSERT_EQ(pairs.size(), 2U); // the same side up, and upside down
   EXPECT_EQ(pairs[0].source, pairs[1].source);
   EXPECT_EQ(pairs[0].target, -pairs[1].target);
@@ -120,7 +123,7 @@ TEST_F(PlanSearch, FindsThePoseByTheGroundAndWhatStandsOnIt)
     const std::vector<PoseHypothesis> found = search(with_image);
     ASSERT_FALSE(found.empty());
     EXPECT_THAT(found[0].T_target_source, testing::IsPoseNear(truth_, 0.03, 0.4)) << with_image;
-    EXPECT_LE(found.size(), static_cast<std::size_t>(options_.config.matches));
+    EXPECT_LE(found.size(), static_cast<std::size_t>(options_.matches));
     for (std::size_t i = 0; i < found.size(); ++i) {
       EXPECT_TRUE(testing::isRigid(found[i].T_target_source, 1e-9));
       EXPECT_GT(found[i].votes, 0);
@@ -149,7 +152,7 @@ TEST_F(PlanSearch, OnlyWhatIsAllowedIsLookedAt)
   options_.is_allowed = [&](const Eigen::Isometry3d& T) {
     return (T.translation() - elsewhere.translation()).norm() < 1.5;
   };
-  options_.config.matches = 5;
+  options_.matches = 5;
   std::vector<PoseHypothesis> found = search(false);
   ASSERT_FALSE(found.empty());
   for (const PoseHypothesis& pose : found)

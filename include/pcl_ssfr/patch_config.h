@@ -92,18 +92,12 @@ struct SearchPass {
   bool little_overlap; ///< by votes against poses instead of votes for them: scans that share little
 };
 
-/// The search for poses of scans that have one direction only in common: seen along it (METHOD, "Search").
+/// The search for poses of scans that have one direction only in common: seen along it (METHOD, "Search"). Twice and
+/// half of these numbers find the same poses.
 struct PlanSearchConfig {
-  int axes = 2;              ///< best supported main normals of each scan that are laid on each other: three of them
-                             ///< solve no more real pairs and no more simulated ones
-  double axis_support = 0.2; ///< and support of them, as a share of the best supported one, at least
-  int elements = 500;        ///< of a scan that are correlated: with more it takes longer and finds no more
-  double cell = 1;           ///< [m] step of the shifts: half a step of the rotation moves things 13 m away by as much
-  double height = 2;         ///< [m] along the axis within which they meet: a storey apart they do not
-  int matches = 100;         ///< of a pair of axes that are voted on: the truth is among them for 161 of 173 pairs of
-                             ///< roads, streets and car parks about their best supported main normals
-  int refined = 60;          ///< hypotheses refined, at most
-  int distinct = 16;         ///< distinct poses that go on to the fine refinement: as for scans that share little
+  int elements = 500; ///< of a scan that are correlated: with more it takes longer and finds no more
+  double cell = 1;    ///< [m] step of the shifts: half a step of the rotation moves things 13 m away by as much
+  double height = 2;  ///< [m] along the axis within which they meet: a storey apart they do not
 };
 
 /// The search for poses (METHOD, "Search").
@@ -111,14 +105,14 @@ struct SearchConfig {
   double direction_error = 0.12; ///< [rad] a main normal is this exact at worst: inner angles of matched pairs agree within
                                 ///< it, and rotations that are closer are merged
   int rotations = 24;            ///< best supported rotations that are searched: as many as a Manhattan room has
-  int sweep_axes = 2;   ///< main normals about which rotations are swept where others do not determine them
+  int sweep_axes = 2;   ///< main normals about which rotations are swept where others do not determine them: three
+                        ///< solve no more real pairs and no more simulated ones
   int sweep_steps = 40; ///< rotations about an axis, 9 degrees apart: half of it is in reach of the refinement
   /// A scene is round about an axis when, of the surface that faces across it, at most this share does in the fullest
   /// third of all directions: then the main normals across the axis are arbitrary.
   double round_share = 0.6;
   double bin_width = 0.1; ///< [m] of the histograms along an axis
   double parallel_cos = 0.97; ///< surface counts along an axis when its normal is that parallel: within 14 degrees
-  double step = 0.25;     ///< [m] of the exhaustive search along the third axis: half a coarse reach
   double screening_share = 0.5; ///< of the best count of votes so far, that a fourth of them must promise to be counted
   double least_votes = 0.1;    ///< share of the votes that a pose of scans that share little must have
   double contradiction_weight = 2; ///< of a vote against a pose of scans that share much, rough as it is yet
@@ -133,14 +127,13 @@ struct SearchConfig {
 
 /// Refinement and polish of poses, and which of them are the same (METHOD, "Refinement").
 struct RefinementConfig {
-  double coarse_reach = 0.5;         ///< [m] plane distance of a match at the start of the coarse refinement: two steps
+  double coarse_reach = 0.5;         ///< [m] plane distance of a match at the start of the coarse refinement; half of it
+                                     ///< is the step of the exhaustive search for translations
   double coarse_final = 0.15;        ///< [m] and at its end
   int coarse_steps = 6;              ///< of the coarse refinement
   double fine_final = 0.05;          ///< [m]
-  int fine_steps = 15;               ///< of the fine refinement, at most
-  double fine_step = 0.0005;         ///< [m], [rad] it stops at smaller steps: the polish does the rest
-  double polish_reach = 0.3;         ///< [m] of the polish
-  double polish_final = 0.1;         ///< [m]: streets are better with 0.2, rooms with less (FINDINGS)
+  int fine_steps = 15;               ///< of the fine refinement, at most; smaller steps than the noise floor end it
+  double polish_reach = 0.3;         ///< [m] of the polish, which ends at EvidenceConfig::match
   double kept_score = 0.9;           ///< share of the score that a refinement, which makes a pose more exact, may cost
   double distinct_distance = 0.3;    ///< [m] poses nearer than this at the source's sensor ...
   double distinct_angle = 0.05;      ///< [rad] ... and than this are one
@@ -153,8 +146,8 @@ struct RefinementConfig {
 struct EvidenceConfig {
   double loose_match = 0.2;         ///< [m] of a match after the coarse refinement, where the fine one starts
   double match = 0.1;               ///< [m] and after the fine one
-  double lateral = 0.3;             ///< [m] beyond the edge of a patch
-  double free_margin = 0.3;         ///< [m] in front of the nearest return: free space
+  double margin = 0.3;              ///< [m] beyond the edge of a patch it is still the patch, in front of the nearest
+                                    ///< return it is not yet free space
   double range_margin = 0.05;       ///< of a range, before and behind what was seen, besides
   double loose_normals = 0.5;       ///< [rad] angle of the normals of a match in the search
   double normals = 0.35;            ///< [rad] and after the fine refinement
@@ -199,9 +192,8 @@ struct PriorConfig {
   double match_inflation = 5;      ///< deviation of a tilt over what its matches claim, which err where they are few
   double guess_trust = 30;         ///< prior odds of a pose at the guess over one far from it
   double guess_deviation = 1;      ///< [m] of a guess without a tolerance, rotations at the radius of the scan
-  double sensor_on_sensor = 0.05;  ///< prior odds of a sensor that has not moved: the patterns of the rays coincide
-                                   ///< there, which looks like evidence
-  double same_sensor = 0.1;        ///< [m] a sensor that moved less has not moved
+  double sensor_on_sensor = 0.05;  ///< prior odds of a sensor that has not moved, by a bin of the histograms: the
+                                   ///< patterns of the rays coincide there, which looks like evidence
 };
 
 /// What follows from the posterior.
@@ -210,12 +202,11 @@ struct JudgementConfig {
   PriorConfig prior;             ///< what is known beforehand
   UncertaintyConfig uncertainty; ///< how well a pose is known
   /// Where both sensors' places are known or found.
-  PosteriorConfig posterior = {1.59, 5.73, 1.49, 1.58, 0.5, 9.0};
+  PosteriorConfig posterior = {1.34, 5.73, 1.49, 1.58, 0.5, 9.0};
   /// The same where a viewpoint is not known: nothing can contradict.
   PosteriorConfig posterior_blind = {0.40, 0, 1.08, 0.99, 0.38, 1.93};
-  double rival = 0.05;            ///< odds beside the best pose from which on another one is polished too
+  double rival = 0.02;            ///< odds beside the best pose from which on another one is refined and polished too
   double decided = 0.9;           ///< probability that the truth is among the poses from which on none is looked for
-  double hopeless = 1e-3;         ///< odds against the best pose below which one is not refined or polished any further
   double unsettled = 0.5;         ///< confidence, at most, of the best pose of a search that was cut short, and of one
                                   ///< with a direction that the scene does not determine
   double fair_overlap = 0.15;     ///< of the surface: with less a message doubts that the scans show one place

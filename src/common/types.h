@@ -14,6 +14,9 @@ using Points3 = Eigen::Matrix3Xd;
 /// A vector that comes from outside is accepted as a unit vector when its norm is this near to 1.
 constexpr double kUnitTolerance = 1e-3;
 
+/// Relative rounding of sums of many doubles: what is smaller is nothing.
+constexpr double kRoundingOfSums = 1e-12;
+
 /// |cosine| between a normal and a line of sight from which on a surface faces that sensor: six degrees. A plane
 /// through the sensor cannot be seen: patches that do not face their own one are lines of points, one sweep along a
 /// wall or the edge of a thing, which noise spreads along the line of sight. They lie where something is, but are no

@@ -18,8 +18,6 @@ namespace pcl_ssfr {
 
 namespace {
 
-/// Rounding slack of the test "this box lies wholly inside the sphere", relative to the squared radius.
-constexpr double kInsideSlack = 1e-12;
 constexpr std::size_t kLeafSize = kBatchSize;
 static_assert(kLeafSize % kSumGroup == 0);
 
@@ -169,9 +167,9 @@ private:
   weightWithin(std::size_t index, const Eigen::Vector3d& query, double squared_radius) const
   {
     const Node& node = nodes_[index];
-    if (nearestSquared(node, query) > squared_radius * (1 + kInsideSlack))
+    if (nearestSquared(node, query) > squared_radius * (1 + kRoundingOfSums))
       return 0;
-    if (farthestSquared(node, query) <= squared_radius * (1 - kInsideSlack))
+    if (farthestSquared(node, query) <= squared_radius * (1 - kRoundingOfSums))
       return node.weight;
     if (node.right != 0)
       return weightWithin(index + 1, query, squared_radius) + weightWithin(node.right, query, squared_radius);
@@ -186,7 +184,7 @@ private:
   gaussianWithin(std::size_t index, const Eigen::Vector3d& query, double squared_radius) const
   {
     const Node& node = nodes_[index];
-    if (nearestSquared(node, query) > squared_radius * (1 + kInsideSlack))
+    if (nearestSquared(node, query) > squared_radius * (1 + kRoundingOfSums))
       return 0;
     if (node.right != 0)
       return gaussianWithin(index + 1, query, squared_radius) + gaussianWithin(node.right, query, squared_radius);

@@ -19,7 +19,6 @@ using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
-constexpr double kRounding = 1e-12; // of the largest eigenvalue: information that is none
 
 Matrix6
 symmetric(const Matrix6& m)
@@ -30,7 +29,7 @@ symmetric(const Matrix6& m)
 double
 deviationOf(double information, double largest)
 {
-  return information > kRounding * largest ? 1 / std::sqrt(information) : kInfinite;
+  return information > kRoundingOfSums * largest ? 1 / std::sqrt(information) : kInfinite;
 }
 
 /// Units of motions [rad] and [m] in which a step of 1 moves the matched surface by 1 m; zero when there is none.
@@ -113,7 +112,7 @@ PoseUncertainty::covariance() const
     else
       covariance += m.deviation * m.deviation * m.motion * m.motion.transpose();
   for (int i = 0; i < 6; ++i)
-    if (open[i] > std::sqrt(kRounding)) {
+    if (open[i] > std::sqrt(kRoundingOfSums)) {
       covariance.row(i).setZero();
       covariance.col(i).setZero();
       covariance(i, i) = kInfinite;

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -15,7 +16,6 @@ namespace pcl_ssfr {
 
 namespace {
 
-constexpr double kLineWidth = 1e-3; // of the length: points that spread less across are a line, which has no normal
 
 CellMoments&
 operator+=(CellMoments& moments, const CellMoments& other)
@@ -117,8 +117,10 @@ private:
   {
     const double range = viewpoint_ ? (plane.mean - *viewpoint_).norm() : plane.mean.norm();
     const double bound = thickness_ + options_.range_noise * range;
+    // Of variances of floats: points that spread less across are a line, which has no normal.
+    const double rounding = std::sqrt(static_cast<double>(std::numeric_limits<float>::epsilon()));
     return plane.deviations[0] <= bound && plane.deviations[0] < options_.max_flatness * plane.deviations[1] &&
-           plane.deviations[1] > kLineWidth * plane.deviations[2];
+           plane.deviations[1] > rounding * plane.deviations[2];
   }
 
   /// The side of the plane that was seen, +1 or -1; 0 when nothing determines it.

@@ -111,7 +111,8 @@ private:
 PCL_SSFR_VECTOR_CLONES double
 meanLogRange(const Eigen::Matrix3Xf& points, const Eigen::Vector3f& place, double margin)
 {
-  constexpr Eigen::Index kFactors = 8; // of a product: that of eight floats is within the range of a double
+  // Of a product: that of eight floats is within the range of a double.
+  constexpr auto kFactors = static_cast<Eigen::Index>(kSumGroup);
   const float* const coordinates = points.data();
   const auto least = static_cast<float>(margin);
   std::array<double, kFactors> ranges;

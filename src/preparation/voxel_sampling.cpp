@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
+#include <limits>
 #include <numeric>
 #include <tuple>
 
@@ -14,7 +16,7 @@ namespace pcl_ssfr {
 namespace {
 
 /// Bound on voxel numbers, beyond which a double has no more whole steps.
-constexpr double kLargestVoxel = 9e15;
+const double kLargestVoxel = std::ldexp(1, std::numeric_limits<double>::digits);
 
 struct Entry {
   std::array<std::int64_t, 3> voxel;

@@ -90,6 +90,7 @@ HypothesisSource::searchPlans() const
   const PosePriors& priors = pair_.priors();
   PlanSearchOptions options;
   options.config = config.plan;
+  options.matches = config.much_overlap.refined;
   options.turns = config.sweep_steps;
   options.reach = std::max(pair_.source().extent.radius, pair_.target().extent.radius);
   options.voting = searchOptions(config.little_overlap);
@@ -99,7 +100,7 @@ HypothesisSource::searchPlans() const
     options.is_allowed = [&](const Eigen::Isometry3d& T) { return priors.allow(T, Exactness::Proposed); };
   const std::vector<AxisPair> axes =
       gravity ? std::vector<AxisPair>{{gravity->up_source, gravity->up_target}}
-              : pairAxes(source_normals_, target_normals_, config.plan.axes, config.plan.axis_support);
+              : pairAxes(source_normals_, target_normals_, config);
   std::vector<PoseHypothesis> found;
   for (const AxisPair& pair : axes) {
     const std::vector<PoseHypothesis> some = pcl_ssfr::searchPlans(pair_.source().patches.samples,
@@ -115,9 +116,9 @@ HypothesisSource::searchPlans() const
       found.begin(), found.end(), [](const PoseHypothesis& a, const PoseHypothesis& b) { return a.score > b.score; });
   stages_.report("plan views", axes.size(), found.size());
   HypothesisBatch batch;
-  batch.distinct = static_cast<std::size_t>(config.plan.distinct);
+  batch.distinct = static_cast<std::size_t>(config.little_overlap.distinct);
   for (const PoseHypothesis& h : found) {
-    const bool is_refined = batch.poses.size() < static_cast<std::size_t>(config.plan.refined);
+    const bool is_refined = batch.poses.size() < static_cast<std::size_t>(config.much_overlap.refined);
     if (is_refined)
       batch.poses.push_back(h.T_target_source);
     if (trace_)
@@ -171,6 +172,7 @@ HypothesisSource::searchOptions(const SearchPass& pass) const
     bin_width = pair_.options().bin_width;
   bin_width = boundBinWidth(
       bin_width, pair_.source().patches.samples, pair_.target().patches.samples, HistogramOptions{}.max_bins);
+  options.step = config.refinement.coarse_reach / 2;
   options.peak_separation = config.refinement.distinct_distance;
   options.contradiction_weight =
       pass.little_overlap ? config.judgement.evidence.contradiction_weight : config.search.contradiction_weight;

@@ -107,7 +107,7 @@ PatchPair::refinedFine(const Eigen::Isometry3d& T_target_source) const
 {
   const RefinementConfig& c = config_.refinement;
   RefinementOptions options = refinement(config_.judgement.evidence.loose_match, c.fine_final, config_.judgement.evidence.normals, c.fine_steps);
-  options.min_step = c.fine_step;
+  options.min_step = config_.judgement.uncertainty.noise_floor;
   return refinePatches(source_.patches, target_.index, T_target_source, options).T_target_source;
 }
 
@@ -115,8 +115,9 @@ void
 PatchPair::polish(ScoredPose& pose) const
 {
   const RefinementConfig& c = config_.refinement;
+  const EvidenceConfig& evidence = config_.judgement.evidence;
   RefinementOptions options =
-      refinement(c.polish_reach, c.polish_final, config_.judgement.evidence.normals, options_.max_refinement_steps);
+      refinement(c.polish_reach, evidence.match, evidence.normals, options_.max_refinement_steps);
   options.threads = threads_;
   const auto run = [&] {
     return refineMutual(source_.surface, source_.index, target_.surface, target_.index, pose.T_target_source, options);
@@ -176,8 +177,8 @@ PatchPair::tolerances(double distance, double angle) const
   options.match.either_side = either_side_;
   options.match.min_cos = static_cast<float>(std::cos(angle));
   options.match.distance = static_cast<float>(distance);
-  options.match.lateral = static_cast<float>(evidence.lateral);
-  options.free_margin = options.hidden_margin = static_cast<float>(evidence.free_margin);
+  options.match.lateral = static_cast<float>(evidence.margin);
+  options.free_margin = options.hidden_margin = static_cast<float>(evidence.margin);
   options.free_ratio = static_cast<float>(1 - evidence.range_margin);
   options.hidden_ratio = static_cast<float>(1 + evidence.range_margin);
   return options;
@@ -188,7 +189,7 @@ PatchPair::tolerances(double distance, double angle) const
 bool
 PatchPair::laysSensorOnSensor(const Eigen::Isometry3d& T_target_source) const
 {
-  return seesFreeSpace() && (T_target_source * source_.viewpoint - target_.viewpoint).norm() < config_.judgement.prior.same_sensor;
+  return seesFreeSpace() && (T_target_source * source_.viewpoint - target_.viewpoint).norm() < config_.search.bin_width;
 }
 
 /// By the evidence of both scans, each in the other.

@@ -32,7 +32,7 @@ bool
 isHopeless(const PatchPair& pair, const ScoredPose& pose, const ScoredPose& best)
 {
   const PosteriorConfig& config = pair.posteriorConfig();
-  return logWeight(pose, config) < logWeight(best, config) + std::log(pair.config().judgement.hopeless);
+  return logWeight(pose, config) < logWeight(best, config) + std::log(pair.config().judgement.rival);
 }
 
 std::vector<ScoredPose>

@@ -39,8 +39,9 @@ reachOf(const OrientedSamples& samples)
 double
 boundBinWidth(double bin_width, const OrientedSamples& source, const OrientedSamples& target, Eigen::Index max_bins)
 {
-  constexpr double kSpan = 2.01; // of reaches, from end to end, and a little for the last bins
-  return std::max(bin_width, kSpan * std::max(reachOf(source), reachOf(target)) / static_cast<double>(max_bins));
+  // From end to end, and a bin for what is left over at each of them.
+  const double bins = static_cast<double>(std::max<Eigen::Index>(max_bins - 2, 1));
+  return std::max(bin_width, 2 * std::max(reachOf(source), reachOf(target)) / bins);
 }
 
 AxisHistogram

@@ -17,9 +17,6 @@ namespace pcl_ssfr {
 
 namespace {
 
-constexpr double kOppositeCos = -0.99; // of two directions that are one line
-constexpr int kMatchesPerTurn = 20;    // local maxima of one rotation that go on
-
 /// All that a pose between two plan views needs.
 struct Plans {
   PlanView source;
@@ -28,14 +25,12 @@ struct Plans {
 };
 
 std::vector<MainNormal>
-bestSupported(const std::vector<MainNormal>& normals, int most, double least_support)
+bestSupported(const std::vector<MainNormal>& normals, int most)
 {
   std::vector<MainNormal> best = normals;
   std::stable_sort(
       best.begin(), best.end(), [](const MainNormal& a, const MainNormal& b) { return a.support > b.support; });
   best.resize(std::min(best.size(), static_cast<std::size_t>(most)));
-  while (!best.empty() && best.back().support < least_support * best.front().support)
-    best.pop_back();
   return best;
 }
 
@@ -58,7 +53,7 @@ findMatches(const Plans& plans, const PlanSearchOptions& options)
                                  static_cast<double>(i) * step,
                                  plans.rise,
                                  correlation,
-                                 options.is_allowed ? std::numeric_limits<int>::max() : kMatchesPerTurn);
+                                 options.is_allowed ? std::numeric_limits<int>::max() : options.matches);
     if (options.is_allowed)
       matches.erase(std::remove_if(matches.begin(),
                                    matches.end(),
@@ -73,7 +68,7 @@ findMatches(const Plans& plans, const PlanSearchOptions& options)
   std::stable_sort(all.begin(), all.end(), [](const PlanMatch& a, const PlanMatch& b) { return a.score > b.score; });
   std::vector<PlanMatch> best;
   for (const PlanMatch& match : all) {
-    if (best.size() >= static_cast<std::size_t>(options.config.matches))
+    if (best.size() >= static_cast<std::size_t>(options.matches))
       break;
     const bool is_next_to_better = std::any_of(best.begin(), best.end(), [&](const PlanMatch& other) {
       return std::abs(std::remainder(match.turn - other.turn, 2 * kPi)) < 1.5 * step &&
@@ -88,15 +83,18 @@ findMatches(const Plans& plans, const PlanSearchOptions& options)
 } // namespace
 
 std::vector<AxisPair>
-pairAxes(const std::vector<MainNormal>& source, const std::vector<MainNormal>& target, int most, double least_support)
+pairAxes(const std::vector<MainNormal>& source,
+         const std::vector<MainNormal>& target,
+         const SearchConfig& config)
 {
-  const std::vector<MainNormal> best_source = bestSupported(source, most, least_support);
-  const std::vector<MainNormal> best_target = bestSupported(target, most, least_support);
+  const std::vector<MainNormal> best_source = bestSupported(source, config.sweep_axes);
+  const std::vector<MainNormal> best_target = bestSupported(target, config.sweep_axes);
+  const double opposite = -std::cos(config.direction_error);
   std::vector<AxisPair> pairs;
   for (const MainNormal& s : best_source)
     for (const MainNormal& t : best_target) {
       const bool is_known = std::any_of(pairs.begin(), pairs.end(), [&](const AxisPair& other) {
-        return other.source.dot(s.direction) < kOppositeCos && other.target.dot(t.direction) < kOppositeCos;
+        return other.source.dot(s.direction) < opposite && other.target.dot(t.direction) < opposite;
       });
       if (!is_known)
         pairs.push_back({s.direction, t.direction});
@@ -124,7 +122,7 @@ searchPlans(const OrientedSamples& source,
   const std::vector<PlanMatch> matches = findMatches(plans, options);
 
   // A match is known to a cell and a step of the rotation; votes need it better.
-  const double step = options.voting.config.step;
+  const double step = options.voting.step;
   const double turn_step = 2 * kPi / options.turns / 3;
   const int lines = static_cast<int>(std::ceil(options.config.cell / (2 * step)));
   const Eigen::Vector3d along = plans.target.frame.col(0);

@@ -22,15 +22,18 @@ struct AxisPair {
 /** \brief Pairs of main normals, one of which the scans probably have in common: each of the best supported ones of the
  * source with each of those of the target. Of two pairs that are opposite in both scans, the first is kept: they allow
  * the same rotations.
- * \param[in] most main normals of a scan, >= 1 \param[in] least_support share of its best supported one, [0, 1]
+ * \param[in] config sweep_axes: of each scan; direction_error: two directions within it are one
  */
 std::vector<AxisPair>
-pairAxes(const std::vector<MainNormal>& source, const std::vector<MainNormal>& target, int most, double least_support);
+pairAxes(const std::vector<MainNormal>& source,
+         const std::vector<MainNormal>& target,
+         const SearchConfig& config);
 
 /// Options of searchPlans().
 struct PlanSearchOptions {
   PlanSearchConfig config;  ///< lengths scaled to the pair
-  int turns = 80;           ///< rotations about an axis, >= 1
+  int turns = SearchConfig{}.sweep_steps;              ///< rotations about an axis, >= 1
+  int matches = SearchConfig{}.much_overlap.refined;   ///< that are voted on, >= 1
   double reach = 50;        ///< largest shift across an axis [m]
   PoseSearchOptions voting; ///< how places vote on poses: step, visibility, contradiction_weight, deadline are read
   int threads = 1;          ///< the bits do not depend on it

@@ -14,7 +14,6 @@ namespace pcl_ssfr {
 
 namespace {
 
-constexpr double kMaxSlope = 0.7071; // sine of the angle by which surface that faces across an axis may face along it
 constexpr int kSectors = 24;         // of headings; elements of neighbouring ones meet: within 15 to 30 degrees
 constexpr int kMaxCells = 250;       // to each side of no shift
 
@@ -124,8 +123,8 @@ drawPlanView(const OrientedSamples& samples, const Eigen::Vector3d& axis, int mo
   std::vector<PlanElement> all;
   for (Eigen::Index i = 0; i < samples.size(); ++i) {
     const Eigen::Vector3d n = view.frame.transpose() * samples.normals.col(i);
-    if (std::abs(n.z()) > kMaxSlope)
-      continue;
+    if (2 * n.z() * n.z() > 1)
+      continue; // it faces along the axis rather than across it
     const Eigen::Vector3f p = (view.frame.transpose() * samples.points.col(i)).cast<float>();
     all.push_back({p.x(),
                    p.y(),

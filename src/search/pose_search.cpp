@@ -121,7 +121,7 @@ axisPeaks(const AxisCorrelation& along, const Eigen::Vector3d& axis, int count, 
     for (int k = 1; k <= options.config.peak_neighbours; ++k)
       for (const int sign : {-1, 1}) {
         ShiftPeak neighbour = peaks.front();
-        neighbour.shift += sign * k * 2 * options.config.step;
+        neighbour.shift += sign * k * 2 * options.step;
         peaks.push_back(neighbour);
       }
   return peaks;
@@ -312,7 +312,7 @@ searchTranslations(const OrientedSamples& source,
     shift_low = std::max(shift_low, centre - options.window->radius);
     shift_high = std::min(shift_high, centre + options.window->radius);
   }
-  const auto shifts = static_cast<std::size_t>(std::max(1.0, std::ceil((shift_high - shift_low) / options.config.step)));
+  const auto shifts = static_cast<std::size_t>(std::max(1.0, std::ceil((shift_high - shift_low) / options.step)));
 
   const Ballot ballot(votes, target_index, target_image, R, options.visibility);
   std::vector<Verdict> found;
@@ -323,7 +323,7 @@ searchTranslations(const OrientedSamples& source,
       if (options.deadline.hasPassed())
         break;
       const ShiftLine line{composeShifts(axes, {a.shift, b.shift, shift_low}).cast<float>(),
-                           (axes.col(2) * options.config.step).cast<float>(),
+                           (axes.col(2) * options.step).cast<float>(),
                            shifts};
       if (options.pass.little_overlap)
         findUncontradicted(ballot, line, counting, found);

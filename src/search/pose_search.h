@@ -24,6 +24,7 @@ struct ShiftWindow {
 struct PoseSearchOptions {
   SearchConfig config; ///< numbers, with the lengths of the pair
   SearchPass pass = SearchConfig{}.much_overlap;
+  double step = RefinementConfig{}.coarse_reach / 2; ///< of the exhaustive search along the third axis [m]
   double peak_separation = RefinementConfig{}.distinct_distance;     ///< [m]
   double contradiction_weight = SearchConfig{}.contradiction_weight; ///< a vote against counts so many votes for
   VisibilityOptions visibility;

@@ -205,7 +205,6 @@ proposeRotations(const std::vector<MainNormal>& source,
                  const RotationOptions& options,
                  unsigned threads)
 {
-  constexpr std::int64_t kGrain = 4;
   const auto workers = static_cast<int>(threads);
   const bool merge = options.merge_angle > 0;
   const Matcher matcher(source, target, merge ? options.refit_angle : options.angle_tolerance);
@@ -230,7 +229,7 @@ proposeRotations(const std::vector<MainNormal>& source,
     return candidates;
   };
   std::vector<std::vector<RotationCandidate>> found(source_pairs.size());
-  forEachInParallel(static_cast<std::int64_t>(found.size()), kGrain, workers, [&](std::int64_t i) {
+  forEachInParallel(static_cast<std::int64_t>(found.size()), 1, workers, [&](std::int64_t i) {
     found[static_cast<std::size_t>(i)] = matchPair(source_pairs[static_cast<std::size_t>(i)]);
   });
   std::vector<RotationCandidate> candidates;
@@ -241,7 +240,7 @@ proposeRotations(const std::vector<MainNormal>& source,
 
   sortBySupport(candidates);
   candidates = keepDistinct(candidates, options.merge_angle);
-  forEachInParallel(static_cast<std::int64_t>(candidates.size()), kGrain, workers, [&](std::int64_t i) {
+  forEachInParallel(static_cast<std::int64_t>(candidates.size()), 1, workers, [&](std::int64_t i) {
     matcher.refit(candidates[static_cast<std::size_t>(i)]);
   });
   sortBySupport(candidates);
