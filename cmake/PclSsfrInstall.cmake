@@ -1,5 +1,5 @@
 # Install rules: library, headers, package files. find_package(pcl_ssfr CONFIG) then gives pcl_ssfr::pcl_ssfr and,
-# unless they were left out, pcl_ssfr::baselines, which is the component "baselines".
+# unless they were left out, pcl_ssfr::baselines and pcl_ssfr::multiway, the components "baselines" and "multiway".
 include(CMakePackageConfigHelpers)
 
 set(pcl_ssfr_config_dir "${CMAKE_INSTALL_LIBDIR}/cmake/pcl_ssfr")
@@ -14,11 +14,16 @@ function(pcl_ssfr_install_library target export)
 endfunction()
 pcl_ssfr_install_library(pcl_ssfr pcl_ssfrTargets)
 install(DIRECTORY "${PROJECT_SOURCE_DIR}/include/pcl_ssfr" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}"
-        FILES_MATCHING PATTERN "*.h" PATTERN "*.hpp" PATTERN "baselines" EXCLUDE)
+        FILES_MATCHING PATTERN "*.h" PATTERN "*.hpp" PATTERN "baselines" EXCLUDE PATTERN "multiway" EXCLUDE)
 if(PCL_SSFR_BUILD_BASELINES)
   pcl_ssfr_install_library(pcl_ssfr_baselines pcl_ssfrBaselinesTargets)
   install(DIRECTORY "${PROJECT_SOURCE_DIR}/include/pcl_ssfr/baselines"
           DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/pcl_ssfr" FILES_MATCHING PATTERN "*.h" PATTERN "*.hpp")
+endif()
+if(PCL_SSFR_BUILD_MULTIWAY)
+  pcl_ssfr_install_library(pcl_ssfr_multiway pcl_ssfrMultiwayTargets)
+  install(DIRECTORY "${PROJECT_SOURCE_DIR}/include/pcl_ssfr/multiway"
+          DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/pcl_ssfr" FILES_MATCHING PATTERN "*.h")
 endif()
 install(FILES "${PROJECT_BINARY_DIR}/include/pcl_ssfr/export.h" "${PROJECT_BINARY_DIR}/include/pcl_ssfr/version.h"
         DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/pcl_ssfr")

@@ -99,6 +99,14 @@ public:
     return voxel_;
   }
 
+  /// Memory that it takes [bytes].
+  std::size_t
+  bytes() const
+  {
+    return planes_.size() * sizeof(Plane) + masks_.size() * sizeof(std::uint64_t) +
+           (blocks_.size() + starts_.size() + entries_.size()) * sizeof(std::uint32_t);
+  }
+
   /// Patches within this of a place, across their plane and beyond their edges, are found for sure [m].
   double
   reach() const;

@@ -114,6 +114,12 @@ public:
   {
     return nearest_.size();
   }
+  /// Memory that it takes [bytes].
+  std::size_t
+  bytes() const
+  {
+    return (nearest_.size() + farthest_.size() + free_.size()) * sizeof(float);
+  }
   /// DirectionGrid::cell().
   std::size_t
   cell(const Eigen::Vector3f& d) const

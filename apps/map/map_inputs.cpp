@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#include <apps/map/map_inputs.h>
+
+#include <apps/io/loaded_cloud.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <set>
+#include <system_error>
+
+namespace pcl_ssfr {
+namespace apps {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Files that go with scans and hold none, though their extension may be that of one.
+const std::set<std::string>&
+companions()
+{
+  static const std::set<std::string> names = {"pairs.csv",
+                                              "poses.csv",
+                                              "poses.txt",
+                                              "links.csv",
+                                              "control.csv",
+                                              "results.csv",
+                                              "readme.txt",
+                                              "license.txt",
+                                              "license",
+                                              "timestamps.txt"};
+  return names;
+}
+
+bool
+isScan(const fs::path& path)
+{
+  std::string name = path.filename().string();
+  std::transform(name.begin(), name.end(), name.begin(), [](char c) {
+    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  });
+  return name.front() != '.' && companions().count(name) == 0 && io::isReadableFormat(name);
+}
+
+std::vector<std::string>
+scansIn(const fs::path& folder)
+{
+  std::vector<std::string> found;
+  std::error_code error;
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error))
+    if (entry->is_regular_file() && isScan(entry->path()))
+      found.push_back(entry->path().string());
+  if (error)
+    throw io::IoError(folder.string() + ": the folder cannot be read: " + error.message());
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
+/// The last \p parts of a path.
+std::string
+tailOf(const std::string& path, std::size_t parts)
+{
+  std::size_t at = path.size();
+  for (std::size_t i = 0; i < parts && at != std::string::npos && at > 0; ++i)
+    at = path.find_last_of('/', at - 1);
+  return at == std::string::npos || at == 0 ? path : path.substr(at + 1);
+}
+
+} // namespace
+
+std::vector<MapInputFile>
+findScans(const std::vector<std::string>& inputs)
+{
+  std::vector<std::string> paths;
+  for (const std::string& input : inputs) {
+    std::error_code error;
+    if (!fs::is_directory(input, error)) {
+      if (!fs::exists(input.substr(0, input.rfind('#')), error) && !fs::exists(input, error))
+        throw io::IoError(input + ": no such file or folder");
+      paths.push_back(input);
+      continue;
+    }
+    std::vector<std::string> found = scansIn(input);
+    if (const fs::path scans = fs::path(input) / "scans"; fs::is_directory(scans, error)) {
+      const std::vector<std::string> more = scansIn(scans);
+      found.insert(found.end(), more.begin(), more.end());
+    }
+    if (found.empty())
+      throw io::IoError(input + ": the folder holds no scan (" + std::string(io::readableFormats()) + ")");
+    paths.insert(paths.end(), found.begin(), found.end());
+  }
+  std::set<std::string> seen;
+  std::vector<MapInputFile> files;
+  for (const std::string& path : paths) {
+    std::error_code error;
+    if (seen.insert(fs::weakly_canonical(path, error).string()).second)
+      files.push_back({path, tailOf(path, 1)});
+  }
+  // As much of the folders as it takes, of those that share a name only.
+  for (std::size_t parts = 2;; ++parts) {
+    std::map<std::string, std::size_t> count;
+    for (const MapInputFile& file : files)
+      ++count[file.name];
+    bool is_done = true;
+    for (MapInputFile& file : files)
+      if (count[file.name] > 1 && file.name != file.path) {
+        file.name = tailOf(file.path, parts);
+        is_done = false;
+      }
+    if (is_done)
+      return files;
+  }
+}
+
+} // namespace apps
+} // namespace pcl_ssfr

@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#include <apps/map/map_options.h>
+
+#include <pcl_ssfr/options.h>
+
+#include <apps/io/csv_line.h>
+#include <apps/io/io_error.h>
+#include <apps/io/loaded_cloud.h>
+#include <apps/io/text_scanner.h>
+#include <apps/methods/method_options.h>
+
+#include <boost/program_options.hpp>
+
+#include <cmath>
+#include <cstdlib>
+#include <sstream>
+
+namespace pcl_ssfr {
+namespace apps {
+
+namespace {
+
+namespace po = boost::program_options;
+using Texts = std::vector<std::string>;
+
+po::options_description
+describeOptions()
+{
+  const auto text = [](const char* name) { return po::value<std::string>()->value_name(name); };
+  const auto texts = [](const char* name) { return po::value<Texts>()->value_name(name)->composing(); };
+  po::options_description results("Results", kHelpWidth);
+  results.add_options()(
+      "out", text("DIR"), "the folder that gets poses.csv, links.csv, map.json, report.html and map.sqlite")(
+      "merged", text("FILE"), "write all scans of the largest component as one cloud (.pcd or .ply), coloured by scan")(
+      "merged-leaf", text("M"), "spacing that each scan is thinned to in it [m], 0: every point (default: 0.02)")(
+      "tum", "write poses.tum besides: one line a scan, its number, position and quaternion")(
+      "json", text("FILE"), "write map.json there too, '-' is the standard output")(
+      "truth", text("FILE"), "compare with these poses (poses.txt: scan tx ty tz qx qy qz qw, or a poses.csv)");
+  po::options_description known("What you know", kHelpWidth);
+  known.add_options()("gravity", text("X,Y,Z"), "up in the frame of every scan, to five degrees")(
+      "poses", text("FILE"), "approximate poses (as --truth): only links near them are looked for")(
+      "pose-tolerance", text("DEG,M"), "how near these are (default: 10,1)")(
+      "control", text("FILE"), "control.csv: scan,x,y,z of setups in a site frame; the map is laid onto them")(
+      "pin", texts("SCAN"), "this scan holds the frame of its component");
+  po::options_description mending("Mending, from the links in DIR/map.sqlite", kHelpWidth);
+  mending.add_options()("accept", texts("A,B"), "the best pose of these two scans is right")(
+      "reject", texts("A,B"), "do not join these two scans")(
+      "resume", "go on with DIR/map.sqlite: what is linked is not linked again");
+  po::options_description general("General", kHelpWidth);
+  general.add_options()("threads", text("N"), "processors to use, 0: all; the map does not depend on it (default: 0)")(
+      "pairs", text("RULE"), "which pairs are linked: all, or auto, which is all as well (default: auto)")(
+      "help,h", "print this text")("version", "print the version");
+  po::options_description all(kHelpWidth);
+  all.add(results).add(known).add(mending).add(general);
+  return all;
+}
+
+/// Numbers between commas. \throw UsageError
+std::vector<double>
+numbers(const std::string& option, const std::string& text, std::size_t count)
+{
+  std::vector<double> values;
+  std::istringstream stream(text);
+  for (std::string part; std::getline(stream, part, ',');) {
+    char* end = nullptr;
+    const double value = std::strtod(part.c_str(), &end);
+    if (part.empty() || *end != '\0' || !std::isfinite(value))
+      throw UsageError("--" + option + ": " + io::inQuotes(part) + " is no number");
+    values.push_back(value);
+  }
+  if (values.size() != count)
+    throw UsageError("--" + option + ": " + io::inQuotes(text) + " is not " + std::to_string(count) +
+                     (count == 1 ? " number" : " numbers between commas"));
+  return values;
+}
+
+std::pair<std::string, std::string>
+pairOf(const std::string& option, const std::string& text)
+{
+  // A name with a comma is put in double quotes, as in a CSV file.
+  const std::vector<std::string> names = io::splitCsvLine(text);
+  if (names.size() != 2 || names[0].empty() || names[1].empty())
+    throw UsageError("--" + option + ": " + io::inQuotes(text) + " is not A,B: two scans");
+  return {names[0], names[1]};
+}
+
+} // namespace
+
+MapArguments
+parseMapArguments(const std::vector<std::string>& arguments)
+{
+  po::options_description all = describeOptions();
+  all.add_options()("inputs", po::value<Texts>());
+  po::positional_options_description positional;
+  positional.add("inputs", -1);
+  namespace style = po::command_line_style;
+  constexpr int kStyle = style::unix_style & ~style::allow_guessing; // an abbreviation is an unknown option
+  po::variables_map values;
+  try {
+    po::store(po::command_line_parser(arguments).options(all).positional(positional).style(kStyle).run(), values);
+  }
+  catch (const po::error& error) {
+    throw UsageError(error.what());
+  }
+  MapArguments result;
+  result.help = values.count("help") > 0;
+  result.version = !result.help && values.count("version") > 0;
+  if (result.help || result.version)
+    return result;
+  for (const std::string& word : arguments)
+    result.words += (result.words.empty() ? "" : " ") + word;
+  const auto get = [&](const char* name) {
+    const std::string value = values.count(name) ? values[name].as<std::string>() : "";
+    if (values.count(name) && value.empty())
+      throw UsageError(std::string("--") + name + ": the value is empty");
+    return value;
+  };
+  const auto list = [&](const char* name) { return values.count(name) ? values[name].as<Texts>() : Texts(); };
+  result.inputs = list("inputs");
+  if (result.inputs.empty())
+    throw UsageError("INPUT is missing: files or folders of scans");
+  for (const std::string& input : result.inputs)
+    if (input.empty())
+      throw UsageError("INPUT is empty");
+  result.out = get("out");
+  if (result.out.empty())
+    throw UsageError("--out is missing: the folder for the map");
+  const std::string threads = get("threads");
+  if (!threads.empty()) {
+    const double count = numbers("threads", threads, 1).front();
+    if (!(count >= 0 && count <= kMaxThreads) || count != std::floor(count))
+      throw UsageError("--threads: " + io::inQuotes(threads) + " is not a whole number from 0 to " +
+                       std::to_string(kMaxThreads));
+    result.threads = static_cast<unsigned>(count);
+  }
+  const std::string pairs = get("pairs");
+  if (!pairs.empty() && pairs != "all" && pairs != "auto")
+    throw UsageError("--pairs: " + io::inQuotes(pairs) + " is neither all nor auto");
+  if (const std::string gravity = get("gravity"); !gravity.empty()) {
+    const std::vector<double> up = numbers("gravity", gravity, 3);
+    result.gravity = Eigen::Vector3d(up[0], up[1], up[2]);
+    if (!(result.gravity->norm() > 0))
+      throw UsageError("--gravity: " + io::inQuotes(gravity) + " has no direction");
+  }
+  result.poses = get("poses");
+  if (const std::string tolerance = get("pose-tolerance"); !tolerance.empty()) {
+    if (result.poses.empty())
+      throw UsageError("--pose-tolerance: there are no --poses");
+    const std::vector<double> bounds = numbers("pose-tolerance", tolerance, 2);
+    if (!(bounds[0] > 0 && bounds[0] <= 180 && bounds[1] > 0))
+      throw UsageError("--pose-tolerance: " + io::inQuotes(tolerance) + " is not DEG,M with 0 < DEG <= 180 and M > 0");
+    result.pose_rotation_deg = bounds[0];
+    result.pose_translation_m = bounds[1];
+  }
+  result.pins = list("pin");
+  for (const std::string& text : list("accept"))
+    result.accepted.push_back(pairOf("accept", text));
+  for (const std::string& text : list("reject"))
+    result.rejected.push_back(pairOf("reject", text));
+  result.control = get("control");
+  result.merged = get("merged");
+  if (!result.merged.empty() && !io::isWritableFormat(result.merged))
+    throw UsageError("--merged: " + result.merged + " is not a .pcd or .ply file");
+  if (const std::string leaf = get("merged-leaf"); !leaf.empty()) {
+    if (result.merged.empty())
+      throw UsageError("--merged-leaf: there is no --merged");
+    result.merged_leaf = numbers("merged-leaf", leaf, 1).front();
+    if (!(result.merged_leaf >= 0))
+      throw UsageError("--merged-leaf: " + io::inQuotes(leaf) + " is less than 0");
+  }
+  result.truth = get("truth");
+  result.resume = values.count("resume") > 0;
+  result.tum = values.count("tum") > 0;
+  result.json = get("json");
+  return result;
+}
+
+std::string
+mapHelp()
+{
+  std::ostringstream text;
+  text << "Usage: ssfr_map INPUT... --out DIR [options]\n\n"
+          "Places many scans of one building or street in one frame: unordered scans in, one consistent map out, with\n"
+          "standard deviations and a report. INPUT is a scan or a folder of scans. No order and no guess is needed.\n"
+          "What no sure evidence connects stays apart: the report names the reasons, and what may be accepted.\n\n"
+          "Scans are read by their extension: "
+       << io::readableFormats()
+       << "\n(in folders: all of these but pairs.csv, poses.csv, poses.txt and the like). Points are in metres.\n\n"
+          "Examples:\n"
+          "  ssfr_map scans --out map                                   place all scans of a folder\n"
+          "  ssfr_map scans --out map --accept s3.pcd,s9.pcd            mend: join two parts by hand, in seconds\n"
+          "  ssfr_map scans --out map --merged all.ply --merged-leaf 0.05\n\n"
+       << describeOptions()
+       << "\nExit code: 0 all scans are in one component; 1 there are several components (everything is written, "
+          "poses.csv\ngives the reasons); 2 the command line is wrong; 3 a file cannot be read or written.\n";
+  return text.str();
+}
+
+} // namespace apps
+} // namespace pcl_ssfr

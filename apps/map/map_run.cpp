@@ -1,0 +1,330 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#include <apps/map/map_run.h>
+
+#include "profiles/prepared_data.h"
+
+#include <pcl_ssfr/multiway/multiway_registration.h>
+
+#include <apps/io/file_bytes.h>
+#include <apps/io/loaded_cloud.h>
+#include <apps/map/map_files.h>
+#include <apps/map/map_inputs.h>
+#include <apps/map/map_page.h>
+#include <apps/map/map_progress.h>
+#include <apps/map/map_truth.h>
+#include <apps/map/merged_cloud.h>
+#include <apps/map/pose_list.h>
+#include <apps/methods/cloud_view.h>
+#include <apps/methods/report.h>
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <iostream>
+#include <system_error>
+#include <variant>
+
+namespace pcl_ssfr {
+namespace apps {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kRadians = 0.017453292519943295;
+constexpr Eigen::Index kOutlinePoints = 400; // of a scan, in the report
+constexpr double kFarFromOrigin = 1e4;       // [m] from which on a float is too coarse
+
+class MapRun {
+public:
+  explicit MapRun(const MapArguments& arguments) : arguments_(arguments), files_(findScans(arguments.inputs)) {}
+
+  bool
+  run()
+  {
+    const auto start = std::chrono::steady_clock::now();
+    if (files_.size() < 2)
+      throw UsageError("INPUT: a map takes two scans or more, here is " + std::to_string(files_.size()));
+    // Everything that may be wrong with the arguments is looked at before hours of work.
+    readInputs();
+    makeFolder();
+    MultiwayOptions options;
+    options.threads = arguments_.threads;
+    options.gravity = arguments_.gravity;
+    MultiwayRegistration registration(options);
+    registration.openProject(inFolder("map.sqlite"), goesOn());
+    MultiwayMap map = [&] {
+      MapProgress progress;
+      const auto show = [&](const char* stage, std::size_t done, std::size_t total) {
+        progress.show(stage, done, total);
+      };
+      prepare(registration, show);
+      decide(registration);
+      try {
+        return registration.run(show);
+      }
+      catch (const std::invalid_argument& problem) {
+        if (arguments_.accepted.empty())
+          throw;
+        throw UsageError("--accept: " + std::string(problem.what()));
+      }
+    }();
+    places_.resize(map.scans.size(), Eigen::Vector3d::Zero());
+    describeScans(registration, map);
+    toFileCoordinates(map);
+    MapOutput output{map, std::nullopt, {}, "ssfr_map " + arguments_.words, 0, 0};
+    layOntoControl(map, output);
+    if (!truth_.empty())
+      output.errors = compareWithTruth(map, truth_, places_);
+    writeMerged(map);
+    output.peak_rss_mib = peakRssMib();
+    output.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    write(output);
+    return map.components == 1;
+  }
+
+private:
+  std::string
+  inFolder(const char* name) const
+  {
+    return (fs::path(arguments_.out) / name).string();
+  }
+
+  /// A decision is one on the links that are stored.
+  bool
+  goesOn() const
+  {
+    return arguments_.resume || !arguments_.accepted.empty() || !arguments_.rejected.empty() ||
+           !arguments_.pins.empty();
+  }
+
+  int
+  scanNamed(const char* option, const std::string& name) const
+  {
+    int found = -1;
+    for (std::size_t i = 0; i < files_.size(); ++i) {
+      const std::string stem = fs::path(files_[i].name).stem().string();
+      if (files_[i].name == name || files_[i].path == name)
+        return static_cast<int>(i);
+      if (fs::path(files_[i].name).filename().string() == name || stem == name) {
+        if (found >= 0)
+          throw UsageError(std::string("--") + option + ": " + io::inQuotes(name) + " may be " +
+                           files_[static_cast<std::size_t>(found)].name + " or " + files_[i].name);
+        found = static_cast<int>(i);
+      }
+    }
+    if (found < 0)
+      throw UsageError(std::string("--") + option + ": " + io::inQuotes(name) + " is none of the scans");
+    return found;
+  }
+
+  void
+  readInputs()
+  {
+    if (!arguments_.truth.empty())
+      truth_ = readPoses(arguments_.truth);
+    if (!arguments_.poses.empty())
+      poses_ = readPoses(arguments_.poses);
+    if (!arguments_.control.empty())
+      control_ = readControl(arguments_.control);
+    for (const auto& [name, place] : control_)
+      scanNamed("control", name);
+    for (const std::string& name : arguments_.pins)
+      scanNamed("pin", name);
+    for (const auto& [a, b] : arguments_.accepted)
+      if (scanNamed("accept", a) == scanNamed("accept", b))
+        throw UsageError("--accept: " + a + "," + b + " is one scan twice");
+    for (const auto& [a, b] : arguments_.rejected)
+      if (scanNamed("reject", a) == scanNamed("reject", b))
+        throw UsageError("--reject: " + a + "," + b + " is one scan twice");
+  }
+
+  void
+  makeFolder() const
+  {
+    std::error_code error;
+    fs::create_directories(arguments_.out, error);
+    if (!fs::is_directory(arguments_.out))
+      throw io::IoError(arguments_.out + ": the folder cannot be created" + (error ? ": " + error.message() : ""));
+    if (!goesOn() && fs::exists(inFolder("map.sqlite"), error))
+      throw io::IoError(inFolder("map.sqlite") +
+                        ": holds a map already; --resume goes on with it, or take another folder");
+  }
+
+  void
+  prepare(MultiwayRegistration& registration, const MultiwayRegistration::Progress& progress)
+  {
+    std::vector<std::string> names;
+    names.reserve(files_.size());
+    for (const MapInputFile& file : files_)
+      names.push_back(file.name);
+    offsets_.assign(files_.size(), Eigen::Vector3d::Zero());
+    registration.addScans(
+        names,
+        [&](std::size_t i) {
+          const auto cloud = std::make_shared<io::LoadedCloud>(io::loadCloud(files_[i].path));
+          cloud->table = pcl::PCLPointCloud2(); // what was read is not written again
+          offsets_[i] = cloud->offset;
+          return ScanSource{viewOf(*cloud), cloud};
+        },
+        progress);
+  }
+
+  void
+  decide(MultiwayRegistration& registration) const
+  {
+    std::size_t known = 0;
+    for (std::size_t i = 0; i < files_.size(); ++i)
+      if (const Eigen::Isometry3d* pose = findByName(poses_, files_[i].name)) {
+        PosePrior prior;
+        prior.T_map_scan = *pose * Eigen::Translation3d(offsets_[i]);
+        prior.rotation = arguments_.pose_rotation_deg * kRadians;
+        prior.translation = arguments_.pose_translation_m;
+        registration.setPosePrior(static_cast<int>(i), prior);
+        ++known;
+      }
+    if (!poses_.empty() && known == 0)
+      throw io::IoError(arguments_.poses + ": names none of the scans");
+    for (const std::string& name : arguments_.pins)
+      registration.pin(scanNamed("pin", name));
+    for (const auto& [a, b] : arguments_.accepted)
+      registration.accept(scanNamed("accept", a), scanNamed("accept", b));
+    for (const auto& [a, b] : arguments_.rejected)
+      registration.reject(scanNamed("reject", a), scanNamed("reject", b));
+  }
+
+  /// What the report and the comparison need of the scans.
+  void
+  describeScans(const MultiwayRegistration& registration, const MultiwayMap& map)
+  {
+    outlines_.resize(map.scans.size());
+    for (std::size_t i = 0; i < map.scans.size(); ++i) {
+      if (!map.scans[i].usable)
+        continue;
+      const auto& scan = std::get<PatchScan>(registration.preparedScan(static_cast<int>(i)).data().scan);
+      places_[i] = scan.origin + scan.viewpoint + offsets_[i];
+      const Eigen::Index n = scan.surface.points.cols();
+      const Eigen::Index count = std::min(n, kOutlinePoints);
+      outlines_[i].resize(3, count);
+      for (Eigen::Index k = 0; k < count; ++k)
+        outlines_[i].col(k) =
+            (scan.surface.points.col(k * n / count).cast<double>() + scan.origin + offsets_[i]).cast<float>();
+    }
+  }
+
+  /// Poses so far map points without the offsets that were taken off large coordinates.
+  void
+  toFileCoordinates(MultiwayMap& map) const
+  {
+    std::map<int, Eigen::Isometry3d> frames; // of the components: the scan that holds a frame keeps the identity
+    for (std::size_t i = 0; i < map.scans.size(); ++i)
+      if (map.scans[i].T_map_scan.matrix().isIdentity(0))
+        frames.emplace(map.scans[i].component, Eigen::Isometry3d(Eigen::Translation3d(offsets_[i])));
+    for (std::size_t i = 0; i < map.scans.size(); ++i) {
+      if (offsets_[i].isZero(0) && frames.count(map.scans[i].component) == 0)
+        continue;
+      const auto found = frames.find(map.scans[i].component);
+      const Eigen::Isometry3d frame = found == frames.end() ? Eigen::Isometry3d::Identity() : found->second;
+      const Eigen::Translation3d offset(-offsets_[i]);
+      for (Eigen::Isometry3d* pose : {&map.scans[i].T_map_scan, &map.graph_poses[i], &map.chain_poses[i]})
+        *pose = frame * *pose * offset;
+    }
+    for (MapLink& link : map.links)
+      link.T_target_source = Eigen::Translation3d(offsets_[static_cast<std::size_t>(link.target)]) *
+                             link.T_target_source *
+                             Eigen::Translation3d(-offsets_[static_cast<std::size_t>(link.source)]);
+  }
+
+  /// The largest component with control is laid onto it.
+  void
+  layOntoControl(MultiwayMap& map, MapOutput& output) const
+  {
+    if (control_.empty())
+      return;
+    std::vector<Eigen::Vector3d> from, to;
+    std::vector<std::size_t> scans;
+    for (const auto& [name, place] : control_) {
+      const auto i = static_cast<std::size_t>(scanNamed("control", name));
+      if (map.scans[i].component != 0)
+        continue;
+      scans.push_back(i);
+      from.push_back(map.scans[i].T_map_scan * places_[i]);
+      to.push_back(place);
+    }
+    Eigen::Isometry3d T;
+    try {
+      T = fitPlaces(from, to);
+    }
+    catch (const std::invalid_argument& problem) {
+      throw io::IoError(arguments_.control + ": " + std::to_string(scans.size()) +
+                        " places are of the largest component: " + problem.what());
+    }
+    for (std::size_t i = 0; i < map.scans.size(); ++i)
+      if (map.scans[i].component == 0)
+        for (Eigen::Isometry3d* pose : {&map.scans[i].T_map_scan, &map.graph_poses[i], &map.chain_poses[i]})
+          *pose = T * *pose;
+    for (std::size_t k = 0; k < scans.size(); ++k)
+      output.control.push_back({map.scans[scans[k]].name, (T * from[k] - to[k]).norm()});
+  }
+
+  void
+  writeMerged(const MultiwayMap& map) const
+  {
+    if (arguments_.merged.empty())
+      return;
+    bool is_wide = false;
+    for (std::size_t i = 0; i < map.scans.size(); ++i)
+      is_wide = is_wide || (map.scans[i].T_map_scan * places_[i]).norm() > kFarFromOrigin;
+    MergedCloud merged(arguments_.merged, arguments_.merged_leaf, is_wide);
+    MapProgress progress;
+    for (std::size_t i = 0; i < map.scans.size(); ++i) {
+      if (map.scans[i].component == 0 && map.scans[i].usable)
+        merged.add(io::loadCloud(files_[i].path), map.scans[i].T_map_scan, i);
+      progress.show("merge", i + 1, map.scans.size());
+    }
+    merged.finish();
+  }
+
+  void
+  write(const MapOutput& output) const
+  {
+    io::writeFile(inFolder("poses.csv"), posesCsv(output.map));
+    io::writeFile(inFolder("links.csv"), linksCsv(output.map));
+    const std::string json =
+        mapJson(output).dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+    io::writeFile(inFolder("map.json"), json);
+    io::writeFile(inFolder("report.html"), mapPage(output, outlines_, places_));
+    if (arguments_.tum)
+      io::writeFile(inFolder("poses.tum"), posesTum(output.map));
+    if (arguments_.json.empty())
+      std::cout << mapText(output) << "written to " << arguments_.out << "\n";
+    else if (arguments_.json == "-")
+      std::cout << json;
+    else
+      io::writeFile(arguments_.json, json);
+    std::cout.flush();
+    if (!std::cout)
+      throw io::IoError("standard output: cannot be written");
+  }
+
+  const MapArguments& arguments_;
+  std::vector<MapInputFile> files_;
+  std::map<std::string, Eigen::Isometry3d> truth_, poses_;
+  std::map<std::string, Eigen::Vector3d> control_;
+  std::vector<Eigen::Vector3d> offsets_; ///< of each scan's coordinates [m]
+  std::vector<Eigen::Vector3d> places_;  ///< of the sensors, in file coordinates [m]
+  std::vector<Eigen::Matrix3Xf> outlines_;
+};
+
+} // namespace
+
+bool
+runMap(const MapArguments& arguments)
+{
+  return MapRun(arguments).run();
+}
+
+} // namespace apps
+} // namespace pcl_ssfr

@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#include <apps/map/pose_list.h>
+
+#include <apps/io/csv_line.h>
+#include <apps/io/file_bytes.h>
+#include <apps/io/text_scanner.h>
+#include <apps/io/transform_file.h>
+
+#include <Eigen/SVD>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace pcl_ssfr {
+namespace apps {
+
+namespace {
+
+constexpr std::size_t kQuaternion = 7; // numbers of a pose with a quaternion ...
+constexpr std::size_t kMatrix = 16;    // ... and as a matrix, row after row
+
+/// A CSV file by the names of its columns.
+class Table {
+public:
+  explicit Table(const std::string& path) : path_(path), bytes_(io::readFile(path)), text_(bytes_, path_)
+  {
+    if (text_.nextData())
+      columns_ = io::splitCsvLine(text_.line());
+  }
+  bool
+  has(const std::string& column) const
+  {
+    return std::find(columns_.begin(), columns_.end(), column) != columns_.end();
+  }
+  bool
+  next()
+  {
+    if (!text_.nextData())
+      return false;
+    row_ = io::splitCsvLine(text_.line());
+    if (row_.size() != columns_.size())
+      throw text_.error("has " + std::to_string(row_.size()) + " fields, the first line names " +
+                        std::to_string(columns_.size()));
+    return true;
+  }
+  const std::string&
+  field(const std::string& column) const
+  {
+    const auto found = std::find(columns_.begin(), columns_.end(), column);
+    if (found == columns_.end())
+      throw io::IoError(path_ + ": the column " + column + " is missing");
+    return row_[static_cast<std::size_t>(found - columns_.begin())];
+  }
+  double
+  number(const std::string& column) const
+  {
+    const std::optional<double> value = io::parseNumber(field(column));
+    if (!value || !std::isfinite(*value))
+      throw text_.error("the column " + column + " is " + io::inQuotes(field(column)) + ", no number");
+    return *value;
+  }
+  io::IoError
+  error(const std::string& message) const
+  {
+    return text_.error(message);
+  }
+
+private:
+  std::string path_;
+  std::string bytes_;
+  io::TextScanner text_;
+  std::vector<std::string> columns_;
+  std::vector<std::string> row_;
+};
+
+template <typename Value>
+void
+insertNew(std::map<std::string, Value>& values, const std::string& name, const Value& value, const io::IoError& twice)
+{
+  if (!values.emplace(name, value).second)
+    throw twice;
+}
+
+std::map<std::string, Eigen::Isometry3d>
+readTable(Table& table)
+{
+  std::map<std::string, Eigen::Isometry3d> poses;
+  const bool has_components = table.has("component");
+  while (table.next()) {
+    if (has_components && table.number("component") != 0)
+      continue;
+    Eigen::Matrix4d m;
+    for (int r = 0; r < 4; ++r)
+      for (int c = 0; c < 4; ++c)
+        m(r, c) = table.number("T" + std::to_string(r) + std::to_string(c));
+    try {
+      const std::string& name = table.field("scan");
+      insertNew(poses, name, io::toRigidMotion(m), table.error("a second pose of " + io::inQuotes(name)));
+    }
+    catch (const std::invalid_argument& problem) {
+      throw table.error(std::string("the pose ") + problem.what());
+    }
+  }
+  return poses;
+}
+
+std::map<std::string, Eigen::Isometry3d>
+readLines(const std::string& path)
+{
+  std::map<std::string, Eigen::Isometry3d> poses;
+  const std::string bytes = io::readFile(path);
+  io::TextScanner text(bytes, path);
+  while (text.nextData()) {
+    const std::vector<std::string_view> tokens = io::splitTokens(text.line());
+    std::vector<double> values;
+    for (std::size_t i = 1; i < tokens.size(); ++i)
+      values.push_back(io::parseNumber(tokens[i]).value_or(std::nan("")));
+    const bool is_finite = std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
+    Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+    if (is_finite && values.size() == kMatrix) {
+      try {
+        T = io::toRigidMotion(Eigen::Map<const Eigen::Matrix4d>(values.data()).transpose());
+      }
+      catch (const std::invalid_argument& problem) {
+        throw text.error(std::string("the pose ") + problem.what());
+      }
+    }
+    else if (is_finite && values.size() == kQuaternion) {
+      const Eigen::Quaterniond q(values[6], values[3], values[4], values[5]);
+      if (std::abs(q.norm() - 1) > 0.01)
+        throw text.error("the quaternion has the length " + std::to_string(q.norm()) + ", not 1");
+      T.linear() = q.normalized().toRotationMatrix();
+      T.translation() << values[0], values[1], values[2];
+    }
+    else
+      throw text.error("is neither \"scan tx ty tz qx qy qz qw\" nor a scan and the 16 numbers of a matrix");
+    const std::string name(tokens[0]);
+    insertNew(poses, name, T, text.error("a second pose of " + io::inQuotes(name)));
+  }
+  return poses;
+}
+
+} // namespace
+
+std::map<std::string, Eigen::Isometry3d>
+readPoses(const std::string& path)
+{
+  Table table(path);
+  std::map<std::string, Eigen::Isometry3d> poses =
+      table.has("scan") && table.has("T00") ? readTable(table) : readLines(path);
+  if (poses.empty())
+    throw io::IoError(path + ": holds no pose");
+  return poses;
+}
+
+std::map<std::string, Eigen::Vector3d>
+readControl(const std::string& path)
+{
+  Table table(path);
+  std::map<std::string, Eigen::Vector3d> places;
+  while (table.next()) {
+    const std::string& name = table.field("scan");
+    const Eigen::Vector3d place(table.number("x"), table.number("y"), table.number("z"));
+    insertNew(places, name, place, table.error("a second place of " + io::inQuotes(name)));
+  }
+  if (places.empty())
+    throw io::IoError(path + ": holds no place");
+  return places;
+}
+
+Eigen::Isometry3d
+fitPlaces(const std::vector<Eigen::Vector3d>& from, const std::vector<Eigen::Vector3d>& to)
+{
+  Eigen::Vector3d mean_from = Eigen::Vector3d::Zero(), mean_to = Eigen::Vector3d::Zero();
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    mean_from += from[i] / static_cast<double>(from.size());
+    mean_to += to[i] / static_cast<double>(to.size());
+  }
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  for (std::size_t i = 0; i < from.size(); ++i)
+    sum += (to[i] - mean_to) * (from[i] - mean_from).transpose();
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  constexpr double kLine = 1e-3; // second extent over the first one: points on a line leave a rotation open
+  if (from.size() < 3 || !(svd.singularValues()[1] > kLine * kLine * svd.singularValues()[0]))
+    throw std::invalid_argument("it takes three places or more that are not on a line");
+  Eigen::Matrix3d sign = Eigen::Matrix3d::Identity();
+  sign(2, 2) = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1;
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.linear() = svd.matrixU() * sign * svd.matrixV().transpose();
+  T.translation() = mean_to - T.linear() * mean_from;
+  return T;
+}
+
+} // namespace apps
+} // namespace pcl_ssfr

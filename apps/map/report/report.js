@@ -1,0 +1,180 @@
+"use strict";
+(() => {
+  const data = JSON.parse(document.getElementById("data").textContent);
+  const { summary, scans, links } = data;
+  const byId = (id) => document.getElementById(id);
+  const SVG = "http://www.w3.org/2000/svg";
+  const number = (value, digits) => (value === null || value === undefined ? "" : value.toFixed(digits));
+  const hue = (i) => `hsl(${(216 + 222.5 * i) % 360} 60% 42%)`;
+  const grade = (mm) => (mm < 10 ? "good" : mm < 30 ? "fair" : "bad");
+  const element = (parent, name, text) => {
+    const node = document.createElement(name);
+    if (text !== undefined) node.textContent = text;
+    parent.appendChild(node);
+    return node;
+  };
+
+  byId("headline").textContent = `${summary.command} · version ${summary.version}`;
+  const figure = (value, label) => {
+    const box = element(byId("figures"), "div");
+    box.className = "figure";
+    element(box, "b", value);
+    element(box, "span", label);
+  };
+  figure(`${summary.placed} of ${summary.scans}`, "scans placed");
+  figure(summary.components, summary.components === 1 ? "component" : "components");
+  figure(`${number(1e3 * summary.bundle_error_m, 1)} mm`, "bundle error");
+  if (summary.loops.worst.length) {
+    figure(`${number(1e3 * summary.loops.median_misclosure_m, 1)} mm`, "median loop misclosure");
+    figure(`${number(1e3 * summary.loops.largest_misclosure_m, 0)} mm`, "largest");
+  } else figure("none", "loops: no global check");
+  figure(summary.survey_band, "RICS band");
+  figure(summary.links.used, "links used");
+  figure(summary.links.rejected + summary.links.ambiguous, "rejected or ambiguous");
+  figure(`${number(summary.time_s, 1)} s`, "time");
+  if (summary.truth) figure(`${number(1e3 * summary.truth.median_translation_m, 1)} mm`, "median error to the truth");
+  for (const note of summary.notes) element(byId("notes"), "p", note).className = "note";
+
+  // Tables that sort by a click on a heading.
+  const table = (id, columns, rows, empty) => {
+    const node = byId(id);
+    node.replaceChildren();
+    if (!rows.length) {
+      element(element(node, "tr"), "td", empty);
+      return;
+    }
+    const head = element(element(node, "thead"), "tr");
+    const body = element(node, "tbody");
+    const fill = () => {
+      body.replaceChildren();
+      for (const row of rows) {
+        const line = element(body, "tr");
+        columns.forEach(([, value, digits]) => {
+          const v = value(row);
+          const cell = element(line, "td", typeof v === "number" ? number(v, digits || 0) : v);
+          if (typeof v === "number") cell.className = "number";
+        });
+      }
+    };
+    columns.forEach(([name, value]) => {
+      const cell = element(head, "th", name);
+      cell.tabIndex = 0;
+      const sort = () => {
+        const ascending = cell.getAttribute("aria-sort") !== "ascending";
+        head.querySelectorAll("th").forEach((other) => other.removeAttribute("aria-sort"));
+        cell.setAttribute("aria-sort", ascending ? "ascending" : "descending");
+        const rank = (v) => (v === null || v === undefined ? -Infinity : v);
+        rows.sort((a, b) => {
+          const x = rank(value(a));
+          const y = rank(value(b));
+          const order = x < y ? -1 : x > y ? 1 : 0;
+          return ascending ? order : -order;
+        });
+        fill();
+      };
+      cell.addEventListener("click", sort);
+      cell.addEventListener("keydown", (event) => event.key === "Enter" && sort());
+    });
+    fill();
+  };
+  const nameOf = (i) => scans[i].name;
+  table("unplaced", [["Scan", (s) => s.name], ["Component", (s) => s.component], ["Why", (s) => s.reason]],
+        scans.filter((s) => s.component !== 0), "All scans are in one component.");
+  table("bridges", [["Source", (l) => nameOf(l.source)], ["Target", (l) => nameOf(l.target)],
+                    ["Confidence", (l) => l.confidence, 3], ["Overlap %", (l) => 100 * l.overlap, 0]],
+        links.filter((l) => l.bridge), "None: without any one link the map still holds together.");
+  const setups = [["Scan", (s) => s.name], ["Component", (s) => s.component], ["Links", (s) => s.links],
+                  ["σ position [mm]", (s) => s.sigma_mm, 1], ["σ rotation [deg]", (s) => s.sigma_deg, 3]];
+  if (summary.truth) setups.push(["Error [mm]", (s) => s.error_mm, 1]);
+  setups.push(["Remark", (s) => s.reason]);
+  table("setups", setups, scans.slice(), "");
+  const listLinks = () => {
+    const wanted = byId("status").value;
+    table("links", [["Source", (l) => nameOf(l.source)], ["Target", (l) => nameOf(l.target)], ["Status", (l) => l.status],
+                    ["Confidence", (l) => l.confidence, 3], ["Overlap %", (l) => 100 * l.overlap, 0],
+                    ["RMS [mm]", (l) => l.rmse_mm, 1], ["x %", (l) => 100 * l.strength[0], 0],
+                    ["y %", (l) => 100 * l.strength[1], 0], ["z %", (l) => 100 * l.strength[2], 0],
+                    ["< 6 mm %", (l) => 100 * l.below_6mm, 0], ["Residual [mm]", (l) => l.residual_mm, 1],
+                    ["[deg]", (l) => l.residual_deg, 3], ["Why", (l) => l.reason]],
+          links.filter((l) => !wanted || l.status === wanted).sort((a, b) => b.residual_mm - a.residual_mm),
+          "None.");
+  };
+  byId("status").addEventListener("change", listLinks);
+  listLinks();
+  table("loops", [["Scans", (l) => l.scans.join(" – ")], ["Misclosure [mm]", (l) => 1e3 * l.translation_m, 1],
+                  ["[deg]", (l) => l.rotation_deg, 3]], summary.loops.worst.slice(), "There are no loops.");
+
+  // Drawings.
+  const select = byId("component");
+  summary.component_sizes.forEach((size, c) => {
+    const option = element(select, "option", `${c} (${size} scan${size === 1 ? "" : "s"})`);
+    option.value = c;
+  });
+  const tell = (text) => { byId("chosen").textContent = text; };
+  let only = null; // scans that are drawn when a link or a setup was clicked
+  const draw = (id, across, up) => {
+    const svg = byId(id);
+    svg.replaceChildren();
+    const component = Number(select.value || 0);
+    const members = scans.map((s, i) => [s, i]).filter(([s]) => s.component === component);
+    const xs = [], ys = [];
+    for (const [s] of members) {
+      xs.push(s.place[across]); ys.push(s.place[up]);
+      for (let k = 0; k < s.points.length; k += 3) { xs.push(s.points[k + across]); ys.push(s.points[k + up]); }
+    }
+    if (!xs.length) return;
+    // Far points must not make all else small: 1 % on each side is left out.
+    const bounds = (v) => { v.sort((a, b) => a - b); const cut = Math.floor(v.length / 100); return [v[cut], v[v.length - 1 - cut]]; };
+    const [x0, x1] = bounds(xs), [y0, y1] = bounds(ys);
+    const size = Math.max(x1 - x0, y1 - y0, 1);
+    const pad = 0.05 * size;
+    svg.setAttribute("viewBox", `${x0 - pad} ${-y1 - pad} ${x1 - x0 + 2 * pad} ${y1 - y0 + 2 * pad}`);
+    const dot = size / 250;
+    const add = (name, attributes, title) => {
+      const node = document.createElementNS(SVG, name);
+      for (const [key, value] of Object.entries(attributes)) node.setAttribute(key, value);
+      if (title) { const t = document.createElementNS(SVG, "title"); t.textContent = title; node.appendChild(t); }
+      svg.appendChild(node);
+      return node;
+    };
+    if (byId("show-points").checked)
+      for (const [s, i] of members) {
+        if (only && !only.has(i)) continue;
+        let path = "";
+        for (let k = 0; k < s.points.length; k += 3) path += `M${s.points[k + across]} ${-s.points[k + up]}h0`;
+        add("path", { d: path, stroke: hue(i), "stroke-width": dot, "stroke-linecap": "round", "stroke-opacity": 0.55, fill: "none" });
+      }
+    if (byId("show-links").checked)
+      for (const l of links) {
+        const a = scans[l.source], b = scans[l.target];
+        if (l.status !== "used" || a.component !== component || (only && !(only.has(l.source) && only.has(l.target)))) continue;
+        const line = add("line", { x1: a.place[across], y1: -a.place[up], x2: b.place[across], y2: -b.place[up],
+                                   class: `link ${grade(l.residual_mm)}`, stroke: "currentColor", "vector-effect": "non-scaling-stroke",
+                                   "stroke-dasharray": l.bridge ? "6 3" : "none" });
+        line.addEventListener("click", () => {
+          only = new Set([l.source, l.target]);
+          tell(`${a.name} – ${b.name}: overlap ${number(100 * l.overlap, 0)} %, RMS ${number(l.rmse_mm, 1)} mm, residual ` +
+               `${number(l.residual_mm, 1)} mm, ${number(l.residual_deg, 3)} deg, below 6 mm ${number(100 * l.below_6mm, 0)} %, ` +
+               `confidence ${number(l.confidence, 3)}${l.bridge ? ", a bridge" : ""}. Click the background for all scans.`);
+          redraw();
+        });
+      }
+    for (const [s, i] of members) {
+      const circle = add("circle", { cx: s.place[across], cy: -s.place[up], r: 2.2 * dot, fill: hue(i), class: "setup",
+                                     "stroke-width": dot / 2 }, s.name);
+      circle.addEventListener("click", () => {
+        const near = links.filter((l) => l.status === "used" && (l.source === i || l.target === i));
+        only = new Set([i, ...near.map((l) => (l.source === i ? l.target : l.source))]);
+        tell(`${s.name}: ${s.links} links, σ ${number(s.sigma_mm, 1)} mm, ${number(s.sigma_deg, 3)} deg; linked to ` +
+             `${near.map((l) => nameOf(l.source === i ? l.target : l.source)).join(", ") || "none"}. ${s.reason}`);
+        redraw();
+      });
+    }
+    svg.onclick = (event) => { if (event.target === svg && only) { only = null; redraw(); } };
+  };
+  const redraw = () => { draw("plan", 0, 1); draw("side", 0, 2); };
+  select.addEventListener("change", () => { only = null; redraw(); });
+  byId("show-points").addEventListener("change", redraw);
+  byId("show-links").addEventListener("change", redraw);
+  redraw();
+})();

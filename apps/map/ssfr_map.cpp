@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#include <pcl_ssfr/version.h>
+
+#include <apps/common/program_main.h>
+#include <apps/map/map_options.h>
+#include <apps/map/map_run.h>
+
+#include <pcl/console/print.h>
+
+#include <iostream>
+
+namespace {
+
+using namespace pcl_ssfr;
+
+/// Exit codes that scripts rely on.
+enum ExitCode { kOneComponent = 0, kSeveralComponents = 1 };
+
+int
+run(const std::vector<std::string>& tokens)
+{
+  const apps::MapArguments arguments = apps::parseMapArguments(tokens);
+  if (arguments.help || arguments.version) {
+    std::cout << (arguments.help ? apps::mapHelp() : std::string("ssfr_map " PCL_SSFR_VERSION "\n"));
+    return kOneComponent;
+  }
+  return apps::runMap(arguments) ? kOneComponent : kSeveralComponents;
+}
+
+} // namespace
+
+int
+main(int argc, char** argv)
+{
+  pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS); // this program reports errors itself
+  return apps::runProgram("ssfr_map", argc, argv, run);
+}

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#pragma once
+
+#include <pcl_ssfr/export.h>
+#include <pcl_ssfr/options.h>
+
+#include <Eigen/Core>
+
+#include <optional>
+
+namespace pcl_ssfr {
+
+/// What linking keeps of each pair.
+struct LinkConfig {
+  int hypotheses = 4;              ///< most probable poses of a pair that are kept, [1, 10]
+  double least_probability = 0.02; ///< of a kept pose, (0, 1): below, a building has no use for it
+  /// Share of pairs that show one place in what the posterior of a pair was fitted to, (0, 1).
+  double fitted_share = 0.7;
+};
+
+/// How the poses are chosen that make one consistent map. Lengths are for scenes of scale 1.
+struct ChoiceConfig {
+  double same_rotation = 0.07;   ///< [rad] two ways to a scan agree within this: two links of 2 degrees each
+  double same_translation = 0.4; ///< [m] and this: two links at the bound of distinct poses (0.3 m), added in squares
+  double loop_weight = 1.5;      ///< log odds that a loop of two sure links adds to, or takes from, a link
+  double loop_bound = 6;         ///< log odds that loops may add at most: links of one building err together
+  double sure = 0.5;             ///< probability from which on a link speaks for and against others
+  double rival_links = 1.4;      ///< probability of links that agree on another place, from which on it is a doubt ...
+  double clear_majority = 3;     ///< ... unless those for the place chosen have this many times as much
+  double outvoted = 1.5;         ///< belief for a place over that against it, from which on no rival is looked at
+  double rival = 0.2;            ///< probability of a link from which on its pose is compared with the one chosen
+  double rival_rotation = 0.35;  ///< [rad] places are two when they differ by this ...
+  double rival_translation = 1;  ///< [m] ... or by this: less is the same one, found inexactly
+  double lone = 0.95;            ///< probability that a link must have that alone joins two parts
+  double contradiction_weight = 14; ///< of surface in free space, as in the score of a pair
+  /// A pose of two parts explains their surfaces this many times as well as any other that links propose: by the
+  /// posterior of a pair, nine powers of it are the odds.
+  double rival_gain = 1.4;
+  double loose = 2; ///< factor on matching distances and margins before the poses are exact
+};
+
+/// Storeys alike: when a storey of the map may be several, laid onto one another. Lengths [m] are those of buildings.
+struct AliasConfig {
+  bool check = true;          ///< look for them
+  double level_normal = 0.97; ///< cosine to the vertical from which on a surface is level: 14 degrees
+  double least_floor = 0.3;   ///< [m] floors are at least ...
+  double most_floor = 3;      ///< [m] ... and at most this far below a sensor ...
+  double floor_reach = 3;     ///< [m] ... and this far to the side
+  double ceiling_reach = 15;  ///< [m] to the side, of floors and ceilings that make a storey
+  double flat_view = 0.4;     ///< spread of the directions of view along the axis of rings over the next one, at most
+  double least_floor_area = 0.1;  ///< [m^2] of it
+  double same_floor = 0.2;        ///< [m] sensors on one tripod or vehicle
+  double least_level_share = 0.7; ///< of the scans, that agree on a vertical: else none is known
+  double same_level = 0.35;       ///< [m] sensors within this height are on one level
+  std::size_t least_level = 3;    ///< scans that make a level
+  double off_level = 0.4;         ///< [m] more than two steps of a stair
+  double storey = 4.5;            ///< [m] the way to the next level is shorter than this
+};
+
+/// The joint adjustment over the surfaces.
+struct AdjustmentConfig {
+  int rounds = 20;             ///< at most
+  double last_step = 2e-5;     ///< [m], [rad] it stops when every scan moves less
+  double least_matched = 0.02; ///< share of the patches of a pair that meet, from which on the pair takes part
+  double damping = 1e-4;       ///< of the diagonal: what nothing determines stays where the pose graph puts it
+  double noise_floor = 0.001;  ///< [m] no patch is better known
+  /// Factor on the covariance: patches that several pairs share err alike. Fitted to simulated buildings.
+  double covariance_factor = 1.7;
+};
+
+/// Everything that can be set of a multiway registration. The defaults need no change.
+struct MultiwayOptions {
+  Options registration;                   ///< of the pairs; its threads are not read
+  unsigned threads = 0;                   ///< 0: all processors; the map never depends on it
+  std::optional<Eigen::Vector3d> gravity; ///< up in the frame of every scan, any length > 0
+  double gravity_tolerance = 0.0873;      ///< of it [rad], (0, pi]
+  LinkConfig link;
+  ChoiceConfig choice;
+  AliasConfig alias;
+  AdjustmentConfig adjustment;
+};
+
+/** \brief Check every field.
+ * \throw std::invalid_argument with the text "group.name = value, must ..." for the first that is out of range
+ */
+PCL_SSFR_EXPORT void
+validate(const MultiwayOptions& options);
+
+} // namespace pcl_ssfr

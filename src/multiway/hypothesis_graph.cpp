@@ -1,0 +1,214 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#include "multiway/hypothesis_graph.h"
+
+#include "common/parallel.h"
+#include "judgement/scored_pose.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace pcl_ssfr {
+
+namespace {
+
+constexpr int kPriorRounds = 30;
+constexpr double kPriorPairs = 5; // pairs of the fitted share that are counted to those of a small job
+constexpr int kLoopRounds = 4;
+constexpr double kNegligible = 0.02; // belief of a hypothesis below which its loops are not looked at
+constexpr double kSmallest = 1e-6;   // probability that is still distinguished from none
+
+bool
+isRejected(const Decisions& decisions, const PairLink& link)
+{
+  return decisions.rejected.count({link.source, link.target}) > 0;
+}
+
+bool
+isAccepted(const Decisions& decisions, const PairLink& link)
+{
+  return decisions.accepted.count({link.source, link.target}) > 0;
+}
+
+/// The probability that a pair shares a place when that holds for \p share of all pairs.
+double
+shifted(double probability_of_none, double share, double fitted_share)
+{
+  const double any = (1 - probability_of_none) * share / fitted_share;
+  const double none = probability_of_none * (1 - share) / (1 - fitted_share);
+  return any + none > 0 ? any / (any + none) : 0;
+}
+
+double
+estimateShare(const std::vector<PairLink>& links, double fitted_share)
+{
+  double share = fitted_share;
+  for (int round = 0; round < kPriorRounds; ++round) {
+    double sum = kPriorPairs * fitted_share;
+    for (const PairLink& link : links)
+      sum += shifted(link.probability_of_none, share, fitted_share);
+    share = std::clamp(sum / (static_cast<double>(links.size()) + kPriorPairs), 0.01, 0.99);
+  }
+  return share;
+}
+
+/// Hypotheses of a pair as seen from one scan to the other.
+class Directed {
+public:
+  Directed(const std::vector<PairLink>& links, const HypothesisGraph& graph, std::size_t scans)
+      : links_(links), graph_(graph), scans_(scans), numbers_(scans * scans, -1)
+  {
+    for (std::size_t k = 0; k < links.size(); ++k) {
+      const auto i = static_cast<std::size_t>(links[k].source);
+      const auto j = static_cast<std::size_t>(links[k].target);
+      numbers_[i * scans_ + j] = numbers_[j * scans_ + i] = static_cast<int>(k);
+    }
+  }
+
+  int
+  number(std::size_t a, std::size_t b) const
+  {
+    return numbers_[a * scans_ + b];
+  }
+  /// The pose of hypothesis \p h, mapping points of \p from.
+  Eigen::Isometry3d
+  pose(const WeighedHypothesis& h, std::size_t from) const
+  {
+    const PairLink& link = links_[h.link];
+    const Eigen::Isometry3d& T = link.hypotheses[h.rank].T_target_source;
+    return static_cast<std::size_t>(link.source) == from ? T : T.inverse();
+  }
+  /// Call \p visit for the hypotheses between two scans that matter.
+  template <typename Visit>
+  void
+  forEach(std::size_t a, std::size_t b, const Visit& visit) const
+  {
+    const int k = number(a, b);
+    if (k < 0)
+      return;
+    for (std::size_t h = graph_.first[static_cast<std::size_t>(k)]; h < graph_.first[static_cast<std::size_t>(k) + 1];
+         ++h)
+      if (graph_.hypotheses[h].belief >= kNegligible)
+        visit(graph_.hypotheses[h]);
+  }
+
+private:
+  const std::vector<PairLink>& links_;
+  const HypothesisGraph& graph_;
+  std::size_t scans_;
+  std::vector<int> numbers_;
+};
+
+/// Sure loops that close with each hypothesis of a link, less those that do not.
+std::vector<double>
+countLoops(std::size_t k,
+           const std::vector<PairLink>& links,
+           const HypothesisGraph& graph,
+           const Directed& directed,
+           const std::vector<Eigen::Vector3d>& places,
+           const ChoiceConfig& config)
+{
+  const auto i = static_cast<std::size_t>(links[k].source);
+  const auto j = static_cast<std::size_t>(links[k].target);
+  const std::size_t count = graph.first[k + 1] - graph.first[k];
+  std::vector<double> loops(count, 0.0);
+  std::vector<double> closing(count);
+  for (std::size_t c = 0; c < places.size(); ++c) {
+    if (c == i || c == j || directed.number(i, c) < 0 || directed.number(c, j) < 0)
+      continue;
+    std::fill(closing.begin(), closing.end(), 0.0);
+    double strongest = 0;
+    directed.forEach(i, c, [&](const WeighedHypothesis& first) {
+      directed.forEach(c, j, [&](const WeighedHypothesis& second) {
+        const double weight = first.belief * second.belief;
+        strongest = std::max(strongest, weight);
+        const Eigen::Isometry3d T = directed.pose(second, c) * directed.pose(first, i);
+        for (std::size_t m = 0; m < count; ++m)
+          if (weight > closing[m] && agree(T, links[k].hypotheses[m].T_target_source, places[i], config))
+            closing[m] = weight;
+      });
+    });
+    for (std::size_t m = 0; m < count; ++m)
+      loops[m] += closing[m] - (strongest - closing[m]);
+  }
+  return loops;
+}
+
+} // namespace
+
+bool
+agree(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b, const Eigen::Vector3d& place, const ChoiceConfig& config)
+{
+  return translationBetween(a, b, place) < config.same_translation && rotationBetween(a, b) < config.same_rotation;
+}
+
+bool
+areDistinct(const Eigen::Isometry3d& a,
+            const Eigen::Isometry3d& b,
+            const Eigen::Vector3d& place,
+            const ChoiceConfig& config)
+{
+  return translationBetween(a, b, place) > config.rival_translation || rotationBetween(a, b) > config.rival_rotation;
+}
+
+HypothesisGraph
+weighHypotheses(const std::vector<PairLink>& links,
+                const std::vector<Eigen::Vector3d>& places,
+                const Decisions& decisions,
+                const MultiwayOptions& options)
+{
+  HypothesisGraph graph;
+  graph.related_share = estimateShare(links, options.link.fitted_share);
+  std::vector<double> none(links.size(), 1);
+  for (std::size_t k = 0; k < links.size(); ++k) {
+    const PairLink& link = links[k];
+    graph.first.push_back(graph.hypotheses.size());
+    const double any = 1 - link.probability_of_none;
+    const double related = shifted(link.probability_of_none, graph.related_share, options.link.fitted_share);
+    none[k] = 1 - related;
+    for (std::size_t rank = 0; rank < link.hypotheses.size(); ++rank) {
+      WeighedHypothesis h;
+      h.link = k;
+      h.rank = rank;
+      h.prior = any > 0 ? related * link.hypotheses[rank].probability / any : 0;
+      if (isAccepted(decisions, link))
+        h.prior = rank == 0 ? 1 : 0;
+      if (isRejected(decisions, link))
+        h.prior = 0;
+      h.belief = h.prior;
+      graph.hypotheses.push_back(h);
+    }
+    if (isAccepted(decisions, link) && !link.hypotheses.empty())
+      none[k] = 0;
+  }
+  graph.first.push_back(graph.hypotheses.size());
+
+  const auto threads = static_cast<int>(options.threads);
+  for (int round = 0; round < kLoopRounds; ++round) {
+    const Directed directed(links, graph, places.size());
+    std::vector<std::vector<double>> loops(links.size());
+    forEachInParallel(static_cast<std::int64_t>(links.size()), 16, threads, [&](std::int64_t k) {
+      const auto link = static_cast<std::size_t>(k);
+      if (!links[link].hypotheses.empty())
+        loops[link] = countLoops(link, links, graph, directed, places, options.choice);
+    });
+    for (std::size_t k = 0; k < links.size(); ++k) {
+      if (isAccepted(decisions, links[k]) || isRejected(decisions, links[k]))
+        continue;
+      double sum = std::max(none[k], kSmallest);
+      for (std::size_t m = 0; m < loops[k].size(); ++m) {
+        WeighedHypothesis& h = graph.hypotheses[graph.first[k] + m];
+        h.loops = loops[k][m];
+        const double gain =
+            std::clamp(options.choice.loop_weight * h.loops, -options.choice.loop_bound, options.choice.loop_bound);
+        sum += h.belief = std::max(h.prior, kSmallest) * std::exp(gain);
+      }
+      for (std::size_t m = 0; m < loops[k].size(); ++m)
+        graph.hypotheses[graph.first[k] + m].belief /= sum;
+    }
+  }
+  return graph;
+}
+
+} // namespace pcl_ssfr

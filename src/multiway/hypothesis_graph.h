@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#pragma once
+
+#include <pcl_ssfr/multiway/multiway_map.h>
+#include <pcl_ssfr/multiway/multiway_options.h>
+
+#include <Eigen/Geometry>
+
+#include <set>
+#include <utility>
+#include <vector>
+
+namespace pcl_ssfr {
+
+/// What a person decided; pairs as (smaller, larger number).
+struct Decisions {
+  std::set<std::pair<int, int>> accepted;
+  std::set<std::pair<int, int>> rejected;
+};
+
+/// A pose of a pair, weighed against all other pairs.
+struct WeighedHypothesis {
+  std::size_t link = 0; ///< in the list of links
+  std::size_t rank = 0; ///< among the hypotheses of the link
+  double prior = 0;     ///< probability by the pair alone, in a building of this kind
+  double belief = 0;    ///< by the loops that it is part of as well
+  double loops = 0;     ///< sure loops that close with it less those that do not
+};
+
+/// The links of a job, weighed against each other.
+struct HypothesisGraph {
+  std::vector<WeighedHypothesis> hypotheses; ///< by link, then rank
+  std::vector<std::size_t> first;            ///< of each link: its hypotheses are [first[k], first[k + 1])
+  double related_share = 0;                  ///< of the pairs that show one place: the prior of the building, estimated
+};
+
+/// Whether two poses of a pair agree: rotations within the bound, and where they put \p place (source frame) as well.
+bool
+agree(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b, const Eigen::Vector3d& place, const ChoiceConfig& config);
+
+/// Whether two poses of a pair are two places, not one that was found inexactly.
+bool
+areDistinct(const Eigen::Isometry3d& a,
+            const Eigen::Isometry3d& b,
+            const Eigen::Vector3d& place,
+            const ChoiceConfig& config);
+
+/** \brief How probable each hypothesis is.
+ *
+ * The posterior of a pair was fitted to pairs of which most share a place; of the pairs of a building most do not. The
+ * share of those that do is estimated (by expectation and maximisation over the job's own pairs), and every posterior
+ * is shifted to it. Then loops speak: with hypotheses i-c and c-j, a hypothesis i-j either closes the loop or does
+ * not, and what the surer ones say counts more. False links that agree with each other by chance do not form loops;
+ * places alike do, and are not found out here.
+ * \param[in] links by source, then target, source < target \param[in] places of the sensors, in the scans' frames [m]
+ */
+HypothesisGraph
+weighHypotheses(const std::vector<PairLink>& links,
+                const std::vector<Eigen::Vector3d>& places,
+                const Decisions& decisions,
+                const MultiwayOptions& options);
+
+} // namespace pcl_ssfr

@@ -1,0 +1,214 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#include "multiway/joint_adjustment.h"
+
+#include "common/parallel.h"
+#include "refinement/refinement.h"
+
+#include <Eigen/SparseCholesky>
+#include <Eigen/SparseCore>
+
+#include <algorithm>
+#include <cmath>
+
+namespace pcl_ssfr {
+
+namespace {
+
+using Matrix6 = SurfaceEquations::Matrix6;
+using Vector6 = SurfaceEquations::Vector6;
+using Sparse = Eigen::SparseMatrix<double>;
+
+/// Maps a small motion about the origin of the map to that about the origin of a frame at \p T_map_frame.
+Matrix6
+motionInto(const Eigen::Isometry3d& T_map_frame)
+{
+  const Eigen::Isometry3d T = T_map_frame.inverse();
+  const Eigen::Vector3d t = T.translation();
+  Eigen::Matrix3d cross;
+  cross << 0, -t.z(), t.y(), t.z(), 0, -t.x(), -t.y(), t.x(), 0;
+  Matrix6 adjoint = Matrix6::Zero();
+  adjoint.topLeftCorner<3, 3>() = adjoint.bottomRightCorner<3, 3>() = T.linear();
+  adjoint.bottomLeftCorner<3, 3>() = cross * T.linear();
+  return adjoint;
+}
+
+/// The equations of a pair in motions about the origin of the map.
+struct MapEquations {
+  Matrix6 hessian, curvature, scatter;
+  Vector6 gradient;
+  double weight = 0, squares = 0;
+};
+
+/// A symmetric matrix of which each pair of scans adds a block (as of their difference): scans that are fixed have
+/// none.
+class Network {
+public:
+  Network(std::size_t scans, const std::vector<int>& fixed) : column_(scans, 0)
+  {
+    for (const int i : fixed)
+      column_[static_cast<std::size_t>(i)] = -1;
+    for (int& column : column_)
+      if (column == 0) {
+        column = 6 * size_;
+        ++size_;
+      }
+  }
+  int
+  unknowns() const
+  {
+    return 6 * size_;
+  }
+  /// First column of a scan; -1: it is fixed.
+  int
+  column(std::size_t scan) const
+  {
+    return column_[scan];
+  }
+  void
+  add(int source, int target, const Matrix6& block)
+  {
+    const int s = column_[static_cast<std::size_t>(source)];
+    const int t = column_[static_cast<std::size_t>(target)];
+    addBlock(s, s, block);
+    addBlock(t, t, block);
+    addBlock(s, t, -block);
+    addBlock(t, s, -block);
+  }
+  Sparse
+  matrix() const
+  {
+    Sparse m(unknowns(), unknowns());
+    m.setFromTriplets(entries_.begin(), entries_.end());
+    return m;
+  }
+
+private:
+  void
+  addBlock(int row, int column, const Matrix6& block)
+  {
+    if (row < 0 || column < 0)
+      return;
+    for (int c = 0; c < 6; ++c)
+      for (int r = 0; r < 6; ++r)
+        entries_.emplace_back(row + r, column + c, block(r, c));
+  }
+
+  std::vector<int> column_;
+  int size_ = 0;
+  std::vector<Eigen::Triplet<double>> entries_;
+};
+
+void
+damp(Sparse& m, double share)
+{
+  for (Eigen::Index i = 0; i < m.rows(); ++i)
+    m.coeffRef(i, i) += share * m.coeff(i, i) + 1e-9;
+}
+
+} // namespace
+
+JointAdjustment
+adjustJointly(std::vector<Eigen::Isometry3d> poses,
+              const std::vector<std::pair<int, int>>& pairs,
+              const std::vector<int>& fixed,
+              const std::vector<Eigen::Vector3d>& places,
+              const EquationsFunction& equations,
+              const AdjustmentConfig& config,
+              int threads)
+{
+  JointAdjustment result;
+  const std::size_t n = poses.size();
+  result.covariances.assign(n, Matrix6::Zero());
+  std::vector<MapEquations> found(pairs.size());
+  const auto linearise = [&] {
+    forEachInParallel(static_cast<std::int64_t>(pairs.size()), 1, threads, [&](std::int64_t index) {
+      const auto k = static_cast<std::size_t>(index);
+      const Eigen::Isometry3d& T_source = poses[static_cast<std::size_t>(pairs[k].first)];
+      const Eigen::Isometry3d& T_target = poses[static_cast<std::size_t>(pairs[k].second)];
+      const SurfaceEquations e = equations(k, T_target.inverse() * T_source);
+      const Matrix6 a = motionInto(T_target);
+      const auto inMap = [&](const Matrix6& m) { return Matrix6(a.transpose() * m * a); };
+      found[k] = {
+          inMap(e.hessian), inMap(e.curvature), inMap(e.scatter), a.transpose() * e.gradient, e.weight, e.squares};
+    });
+  };
+  const auto rms = [&] {
+    double weight = 0, squares = 0;
+    for (const MapEquations& e : found) {
+      weight += e.weight;
+      squares += e.squares;
+    }
+    return weight > 0 ? std::sqrt(squares / weight) : 0.0;
+  };
+
+  for (result.rounds = 0; result.rounds < config.rounds; ++result.rounds) {
+    linearise();
+    if (result.rounds == 0)
+      result.rms_before = rms();
+    Network network(n, fixed);
+    if (network.unknowns() == 0)
+      break;
+    Eigen::VectorXd gradient = Eigen::VectorXd::Zero(network.unknowns());
+    for (std::size_t k = 0; k < pairs.size(); ++k) {
+      network.add(pairs[k].first, pairs[k].second, found[k].hessian);
+      const int s = network.column(static_cast<std::size_t>(pairs[k].first));
+      const int t = network.column(static_cast<std::size_t>(pairs[k].second));
+      if (s >= 0)
+        gradient.segment<6>(s) += found[k].gradient;
+      if (t >= 0)
+        gradient.segment<6>(t) -= found[k].gradient;
+    }
+    Sparse hessian = network.matrix();
+    damp(hessian, config.damping);
+    const Eigen::SimplicialLDLT<Sparse> solver(hessian);
+    if (solver.info() != Eigen::Success)
+      break;
+    const Eigen::VectorXd step = -solver.solve(gradient);
+    if (!step.allFinite())
+      break;
+    double moved = 0;
+    for (std::size_t i = 0; i < n; ++i) {
+      const int column = network.column(i);
+      if (column < 0)
+        continue;
+      const Eigen::Isometry3d before = poses[i];
+      poses[i] = expSe3(step.segment<6>(column)) * poses[i];
+      poses[i].linear() = Eigen::Quaterniond(poses[i].linear()).normalized().toRotationMatrix();
+      moved = std::max({moved, step.segment<3>(column).norm(), (poses[i] * places[i] - before * places[i]).norm()});
+    }
+    if (moved < config.last_step)
+      break;
+  }
+
+  linearise();
+  result.rms = rms();
+  Network curvature(n, fixed), scatter(n, fixed);
+  for (std::size_t k = 0; k < pairs.size(); ++k) {
+    curvature.add(pairs[k].first, pairs[k].second, found[k].curvature);
+    scatter.add(pairs[k].first, pairs[k].second, found[k].scatter);
+  }
+  Sparse a = curvature.matrix();
+  const Sparse b = scatter.matrix();
+  damp(a, config.damping);
+  const Eigen::SimplicialLDLT<Sparse> solver(a);
+  if (curvature.unknowns() > 0 && solver.info() == Eigen::Success)
+    forEachInParallel(static_cast<std::int64_t>(n), 1, threads, [&](std::int64_t index) {
+      const auto i = static_cast<std::size_t>(index);
+      const int column = curvature.column(i);
+      if (column < 0)
+        return;
+      Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(curvature.unknowns(), 6);
+      unit.middleRows<6>(column).setIdentity();
+      const Eigen::MatrixXd x = solver.solve(unit);
+      const Matrix6 covariance = config.covariance_factor * x.transpose() * (b * x);
+      // About the scan's own place.
+      const Matrix6 m = motionInto(Eigen::Isometry3d(Eigen::Translation3d(poses[i] * places[i])));
+      result.covariances[i] = m * covariance * m.transpose();
+    });
+  result.poses = std::move(poses);
+  return result;
+}
+
+} // namespace pcl_ssfr

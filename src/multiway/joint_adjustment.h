@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#pragma once
+
+#include "multiway/scan_pair.h"
+
+#include <Eigen/Geometry>
+
+#include <functional>
+#include <utility>
+#include <vector>
+
+namespace pcl_ssfr {
+
+/// Gives the linearised plane distances of pair k at a pose (equationsAt()).
+using EquationsFunction = std::function<SurfaceEquations(std::size_t pair, const Eigen::Isometry3d& T_target_source)>;
+
+/// Poses of the scans of one part, adjusted jointly over their surfaces.
+struct JointAdjustment {
+  std::vector<Eigen::Isometry3d> poses; ///< T_map_scan
+  /// Of small motions on the left about each scan's place, order (rotation [rad], translation [m]); zero of fixed ones.
+  std::vector<Eigen::Matrix<double, 6, 6>> covariances;
+  double rms_before = 0; ///< of plane distances at the start [m]
+  double rms = 0;        ///< and at the end [m]
+  int rounds = 0;
+};
+
+/** \brief All poses of a part at once: the plane distances of all overlapping pairs are made small together.
+ *
+ * Gauss-Newton on the robust point-to-plane distances: each pair contributes its equations in the motion of its source
+ * relative to its target, so a loop is closed where its surfaces meet, not by averages of pairs. The covariance is that
+ * of a robust estimate whose data err in patches (as of a pair), taken through the whole network.
+ * \param[in] poses start, T_map_scan \param[in] pairs (source, target) that overlap \param[in] fixed scans whose poses
+ * are kept, at least one \param[in] places of the sensors in the scans' frames [m]
+ */
+JointAdjustment
+adjustJointly(std::vector<Eigen::Isometry3d> poses,
+              const std::vector<std::pair<int, int>>& pairs,
+              const std::vector<int>& fixed,
+              const std::vector<Eigen::Vector3d>& places,
+              const EquationsFunction& equations,
+              const AdjustmentConfig& config,
+              int threads);
+
+} // namespace pcl_ssfr

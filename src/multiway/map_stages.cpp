@@ -1,0 +1,495 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#include "multiway/map_stages.h"
+
+#include "common/parallel.h"
+#include "common/stage_clock.h"
+#include "judgement/scored_pose.h"
+#include "multiway/assembly.h"
+#include "multiway/joint_adjustment.h"
+#include "multiway/map_report.h"
+#include "multiway/scan_pair.h"
+#include "multiway/storeys.h"
+#include "profiles/prepared_data.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+#include <stdexcept>
+
+namespace pcl_ssfr {
+
+namespace {
+
+/// Everything after linking, in order.
+class MapMaker {
+public:
+  MapMaker(const MapInput& input,
+           const std::vector<PairLink>& links,
+           MultiwayMap& map,
+           const MultiwayRegistration::Progress& progress)
+      : input_(input), links_(links), map_(map), progress_(progress), threads_(static_cast<int>(input.options.threads))
+  {
+    for (std::size_t i = 0; i < map.scans.size(); ++i) {
+      names_.push_back(map.scans[i].name);
+      places_.push_back(map.scans[i].usable ? placeOf(input.prepared[i]) : Eigen::Vector3d::Zero());
+    }
+    evidence_ = [this](int source, int target, const Eigen::Isometry3d& T, double looseness) {
+      return evidenceAt(scan(source), scan(target), T, input_.options, looseness);
+    };
+  }
+
+  void
+  run()
+  {
+    StageClock clock;
+    report("choose", 0, 3);
+    checkDecisions();
+    const HypothesisGraph graph = weighHypotheses(links_, places_, input_.decisions, input_.options);
+    report("choose", 1, 3);
+    Assembly assembly = assemble(links_, graph, places_, evidence_, input_.decisions, names_, input_.options);
+    report("choose", 2, 3);
+    std::vector<std::string> reasons(names_.size());
+    separateHanging(assembly, graph, reasons);
+    report("choose", 3, 3);
+    map_.stages.push_back(clock.lap("choose", links_.size(), countParts(assembly)));
+    std::vector<Eigen::Isometry3d> graph_poses = assembly.poses;
+    adjustAll(assembly);
+    if (separateHanging(assembly, graph, reasons)) {
+      graph_poses = assembly.poses;
+      adjustAll(assembly);
+    }
+    if (separateRivals(assembly, graph, reasons)) {
+      separateHanging(assembly, graph, reasons);
+      graph_poses = assembly.poses;
+      adjustAll(assembly);
+    }
+    if (separateStoreys(assembly, graph, reasons)) {
+      graph_poses = assembly.poses;
+      adjustAll(assembly);
+    }
+    map_.stages.push_back(clock.lap("adjust", names_.size(), countParts(assembly)));
+    const ChosenMap chosen = {
+        links_, graph, assembly, graph_poses, covariances_, fixedScans(assembly), reasons, places_, input_.decisions};
+    describeMap(chosen, input_, map_);
+    map_.graph_error = weight_ > 0 ? std::sqrt(squares_before_ / weight_) : 0;
+    map_.bundle_error = weight_ > 0 ? std::sqrt(squares_ / weight_) : 0;
+    map_.stages.push_back(clock.lap("report", links_.size(), links_.size()));
+  }
+
+private:
+  const PreparedScan&
+  scan(int i) const
+  {
+    return input_.prepared[static_cast<std::size_t>(i)];
+  }
+  void
+  report(const char* stage, std::size_t done, std::size_t total) const
+  {
+    if (progress_)
+      progress_(stage, done, total);
+  }
+
+  void
+  checkDecisions() const
+  {
+    for (const auto& pair : input_.decisions.accepted) {
+      const auto link = std::find_if(links_.begin(), links_.end(), [&](const PairLink& l) {
+        return l.source == pair.first && l.target == pair.second;
+      });
+      if (link == links_.end() || link->hypotheses.empty())
+        throw std::invalid_argument("the link " + names_[static_cast<std::size_t>(pair.first)] + ", " +
+                                    names_[static_cast<std::size_t>(pair.second)] +
+                                    " cannot be accepted: no pose of these scans was found" +
+                                    (link == links_.end() ? "" : ": " + link->message));
+    }
+  }
+
+  static std::map<int, std::vector<int>>
+  membersOf(const Assembly& assembly)
+  {
+    std::map<int, std::vector<int>> members;
+    for (std::size_t i = 0; i < assembly.part.size(); ++i)
+      members[assembly.part[i]].push_back(static_cast<int>(i));
+    return members;
+  }
+  static std::size_t
+  countParts(const Assembly& assembly)
+  {
+    return membersOf(assembly).size();
+  }
+
+  /// The scan of each part that holds its frame.
+  std::vector<int>
+  fixedScans(const Assembly& assembly) const
+  {
+    std::vector<int> fixed;
+    for (const auto& [part, members] : membersOf(assembly)) {
+      const auto pinned =
+          std::find_first_of(input_.pinned.begin(), input_.pinned.end(), members.begin(), members.end());
+      const auto known = std::find_if(members.begin(), members.end(), [&](int i) {
+        return input_.priors[static_cast<std::size_t>(i)].has_value();
+      });
+      fixed.push_back(pinned != input_.pinned.end() ? *pinned : known != members.end() ? *known : members.front());
+    }
+    return fixed;
+  }
+
+  /// What the surfaces of all pairs of a part say, in the order of the pairs.
+  std::vector<PlacementEvidence>
+  evidenceOf(const Assembly& assembly, const std::vector<std::pair<int, int>>& pairs) const
+  {
+    std::vector<PlacementEvidence> evidence(pairs.size());
+    forEachInParallel(static_cast<std::int64_t>(pairs.size()), 1, threads_, [&](std::int64_t index) {
+      const auto k = static_cast<std::size_t>(index);
+      const auto [i, j] = pairs[k];
+      evidence[k] = evidence_(i, j, relative(assembly, i, j), 1);
+    });
+    return evidence;
+  }
+  static Eigen::Isometry3d
+  relative(const Assembly& assembly, int source, int target)
+  {
+    return assembly.poses[static_cast<std::size_t>(target)].inverse() *
+           assembly.poses[static_cast<std::size_t>(source)];
+  }
+  static std::vector<std::pair<int, int>>
+  pairsOf(const std::vector<int>& members)
+  {
+    std::vector<std::pair<int, int>> pairs;
+    for (std::size_t a = 0; a < members.size(); ++a)
+      for (std::size_t b = a + 1; b < members.size(); ++b)
+        pairs.emplace_back(members[a], members[b]);
+    return pairs;
+  }
+
+  /** \brief Take scans out of their parts that hang in what the other scans saw to be free: each scan against all
+   * others of its part, the worst one first. \return whether any was
+   */
+  bool
+  separateHanging(Assembly& assembly, const HypothesisGraph& graph, std::vector<std::string>& reasons) const
+  {
+    bool has_changed = false;
+    for (auto& [part, members] : membersOf(assembly)) {
+      if (members.size() < 2)
+        continue;
+      const auto pairs = pairsOf(members);
+      const std::vector<PlacementEvidence> evidence = evidenceOf(assembly, pairs);
+      std::vector<PlacementEvidence> sums(names_.size());
+      for (std::size_t k = 0; k < pairs.size(); ++k) {
+        sums[static_cast<std::size_t>(pairs[k].first)] += evidence[k];
+        sums[static_cast<std::size_t>(pairs[k].second)] += evidence[k];
+      }
+      std::vector<char> is_out(names_.size(), 0);
+      for (std::size_t left = members.size(); left > 1;) {
+        const auto score = [&](int i) {
+          const PlacementEvidence& e = sums[static_cast<std::size_t>(i)];
+          return (e.matched - input_.options.choice.contradiction_weight * e.contradicted) / std::max(e.total, 1e-9);
+        };
+        int worst = -1;
+        for (const int i : members)
+          if (!is_out[static_cast<std::size_t>(i)] && (worst < 0 || score(i) < score(worst)))
+            worst = i;
+        if (score(worst) > 0)
+          break;
+        is_out[static_cast<std::size_t>(worst)] = 1;
+        --left;
+        for (std::size_t k = 0; k < pairs.size(); ++k) {
+          const auto [a, b] = pairs[k];
+          if (a != worst && b != worst)
+            continue;
+          PlacementEvidence& other = sums[static_cast<std::size_t>(a == worst ? b : a)];
+          other.total -= evidence[k].total;
+          other.matched -= evidence[k].matched;
+          other.contradicted -= evidence[k].contradicted;
+        }
+        reasons[static_cast<std::size_t>(worst)] =
+            "where its links put it, its surfaces hang in the free space of other scans, or theirs in its own";
+      }
+      if (std::none_of(members.begin(), members.end(), [&](int i) { return is_out[static_cast<std::size_t>(i)]; }))
+        continue;
+      has_changed = true;
+      for (const int i : members)
+        if (is_out[static_cast<std::size_t>(i)])
+          assembly.part[static_cast<std::size_t>(i)] = nextPart(assembly);
+    }
+    if (has_changed) {
+      chooseLinks(assembly, links_, graph, places_, input_.options.choice);
+      splitUnconnected(assembly);
+    }
+    return has_changed;
+  }
+
+  /// What the scans of a part say of one of them at a pose, loosely; its own entry is not read.
+  double
+  scoreAt(const Assembly& assembly, const std::vector<int>& members, int which, const Eigen::Isometry3d& pose) const
+  {
+    PlacementEvidence sum;
+    for (const int other : members)
+      if (other != which)
+        sum += evidence_(which,
+                         other,
+                         assembly.poses[static_cast<std::size_t>(other)].inverse() * pose,
+                         input_.options.choice.loose);
+    return sum.total > 0 ? (sum.matched - input_.options.choice.contradiction_weight * sum.contradicted) / sum.total
+                         : 0;
+  }
+
+  /** \brief Each scan once more, now that all others are placed: it stands apart where another place in its part, which
+   * a link of it says, explains all surfaces better, or nearly as well without being outvoted. \return whether any does
+   */
+  bool
+  separateRivals(Assembly& assembly, const HypothesisGraph& graph, std::vector<std::string>& reasons) const
+  {
+    const ChoiceConfig& config = input_.options.choice;
+    std::vector<char> is_out(names_.size(), 0);
+    const auto parts = membersOf(assembly);
+    forEachInParallel(static_cast<std::int64_t>(names_.size()), 1, threads_, [&](std::int64_t index) {
+      const auto i = static_cast<std::size_t>(index);
+      const std::vector<int>& members = parts.at(assembly.part[i]);
+      if (members.size() > 2 && hasRival(assembly, graph, members, static_cast<int>(i)))
+        is_out[i] = 1;
+    });
+    for (std::size_t i = 0; i < is_out.size(); ++i)
+      if (is_out[i]) {
+        assembly.part[i] = nextPart(assembly);
+        reasons[i] = "another place in the map explains its surfaces nearly as well, or better";
+      }
+    if (std::find(is_out.begin(), is_out.end(), 1) == is_out.end())
+      return false;
+    chooseLinks(assembly, links_, graph, places_, config);
+    splitUnconnected(assembly);
+    return true;
+  }
+
+  bool
+  hasRival(const Assembly& assembly, const HypothesisGraph& graph, const std::vector<int>& members, int which) const
+  {
+    const ChoiceConfig& config = input_.options.choice;
+    const auto i = static_cast<std::size_t>(which);
+    double agree_here = 0;
+    std::vector<std::pair<double, Eigen::Isometry3d>> rivals; // belief, place
+    for (std::size_t k = 0; k < links_.size(); ++k) {
+      const PairLink& link = links_[k];
+      if (link.source != which && link.target != which)
+        continue;
+      if (input_.decisions.accepted.count({link.source, link.target}) > 0)
+        return false;
+      const auto other = static_cast<std::size_t>(link.source == which ? link.target : link.source);
+      if (assembly.part[other] != assembly.part[i])
+        continue;
+      for (std::size_t h = graph.first[k]; h < graph.first[k + 1]; ++h) {
+        const WeighedHypothesis& w = graph.hypotheses[h];
+        const Eigen::Isometry3d& T = link.hypotheses[w.rank].T_target_source;
+        const Eigen::Isometry3d pose = assembly.poses[other] * (link.source == which ? T : T.inverse());
+        if (!areDistinct(assembly.poses[i], pose, places_[i], config)) {
+          agree_here += w.belief;
+          continue;
+        }
+        if (w.prior < config.rival)
+          continue;
+        const auto same = std::find_if(rivals.begin(), rivals.end(), [&](const auto& rival) {
+          return !areDistinct(rival.second, pose, places_[i], config);
+        });
+        if (same != rivals.end())
+          same->first += w.prior;
+        else
+          rivals.emplace_back(w.prior, pose);
+      }
+    }
+    if (rivals.empty())
+      return false;
+    // Places alike may explain more than the right one, of which little is seen: links that agree on another place are
+    // a reason for doubt by themselves.
+    if (std::any_of(rivals.begin(), rivals.end(), [&](const auto& rival) {
+          return rival.first >= config.rival_links && agree_here < config.clear_majority * rival.first;
+        }))
+      return true;
+    const double here = scoreAt(assembly, members, which, assembly.poses[i]);
+    return std::any_of(rivals.begin(), rivals.end(), [&](const auto& rival) {
+      const double there = scoreAt(assembly, members, which, rival.second);
+      return there > here || (there * config.rival_gain > here && agree_here < config.outvoted * rival.first);
+    });
+  }
+
+  /** \brief Take parts apart that may be several storeys laid onto one another, unless a person has spoken.
+   *
+   * The scans of the storey stand alone then; those on the ways up and down stay together where links hold them.
+   */
+  bool
+  separateStoreys(Assembly& assembly, const HypothesisGraph& graph, std::vector<std::string>& reasons) const
+  {
+    if (!input_.options.alias.check)
+      return false;
+    bool has_changed = false;
+    const auto parts = membersOf(assembly);
+    std::size_t usable = 0;
+    for (std::size_t i = 0; i < names_.size(); ++i)
+      usable += map_.scans[i].usable && input_.original[i] == static_cast<int>(i) ? 1 : 0;
+    for (const auto& [part, members] : parts) {
+      const bool is_decided = std::any_of(members.begin(), members.end(), [&](int i) {
+        return input_.priors[static_cast<std::size_t>(i)].has_value() ||
+               std::any_of(input_.decisions.accepted.begin(), input_.decisions.accepted.end(), [&](const auto& pair) {
+                 return pair.first == i || pair.second == i;
+               });
+      });
+      if (members.size() < 2 || is_decided)
+        continue;
+      std::vector<StoreyScan> scans;
+      for (const int i : members) {
+        const auto& patches = std::get<PatchScan>(scan(i).data().scan);
+        StoreyScan storey;
+        storey.surface = &patches.patches.samples;
+        storey.T_map_surface = assembly.poses[static_cast<std::size_t>(i)] * Eigen::Translation3d(patches.origin);
+        storey.place = assembly.poses[static_cast<std::size_t>(i)] * places_[static_cast<std::size_t>(i)];
+        scans.push_back(storey);
+      }
+      const std::optional<Eigen::Vector3d> up = upOf(assembly, members, scans);
+      const std::optional<StoreyDoubt> doubt =
+          up ? findStoreyDoubt(scans, *up, members.size() < usable, input_.options.alias) : std::nullopt;
+      if (!doubt)
+        continue;
+      has_changed = true;
+      map_.notes.push_back(
+          "a storey of " + std::to_string(doubt->level.size()) +
+          " scans may be several that look alike, laid onto one another: stairs lead from it to no other level, and no "
+          "scan tells the storeys apart; its scans are kept apart (approximate --poses or --accept decide)");
+      for (const std::size_t k : doubt->level) {
+        const auto i = static_cast<std::size_t>(members[k]);
+        assembly.part[i] = nextPart(assembly);
+        reasons[i] = "it may be of a storey that only looks like the one of the scans it is linked to";
+      }
+    }
+    if (has_changed) {
+      chooseLinks(assembly, links_, graph, places_, input_.options.choice);
+      splitUnconnected(assembly);
+    }
+    return has_changed;
+  }
+
+  std::optional<Eigen::Vector3d>
+  upOf(const Assembly& assembly, const std::vector<int>& members, const std::vector<StoreyScan>& scans) const
+  {
+    if (!input_.options.gravity)
+      return findUp(scans, input_.options.alias);
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (const int i : members)
+      sum += assembly.poses[static_cast<std::size_t>(i)].linear() * input_.options.gravity->normalized();
+    return sum.norm() > 0 ? std::optional<Eigen::Vector3d>(sum.normalized()) : std::nullopt;
+  }
+
+  static int
+  nextPart(const Assembly& assembly)
+  {
+    return *std::max_element(assembly.part.begin(), assembly.part.end()) + 1;
+  }
+
+  /// Pieces of a part that no used links connect any more are parts of their own.
+  void
+  splitUnconnected(Assembly& assembly) const
+  {
+    std::vector<int> root(names_.size());
+    std::iota(root.begin(), root.end(), 0);
+    const auto find = [&](int i) {
+      while (root[static_cast<std::size_t>(i)] != i)
+        i = root[static_cast<std::size_t>(i)];
+      return i;
+    };
+    for (std::size_t k = 0; k < links_.size(); ++k)
+      if (assembly.used[k] >= 0) {
+        const int a = find(links_[k].source), b = find(links_[k].target);
+        root[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
+      }
+    for (std::size_t i = 0; i < root.size(); ++i)
+      assembly.part[i] = find(static_cast<int>(i));
+  }
+
+  void
+  adjustAll(Assembly& assembly)
+  {
+    covariances_.assign(names_.size(), Eigen::Matrix<double, 6, 6>::Zero());
+    squares_before_ = squares_ = weight_ = 0;
+    const std::vector<int> fixed = fixedScans(assembly);
+    std::size_t done = 0;
+    const auto parts = membersOf(assembly);
+    for (const auto& [part, members] : parts) {
+      report("adjust", done++, parts.size());
+      if (members.size() < 2)
+        continue;
+      adjustPart(assembly, members, fixed);
+    }
+    report("adjust", parts.size(), parts.size());
+  }
+
+  void
+  adjustPart(Assembly& assembly, const std::vector<int>& members, const std::vector<int>& fixed)
+  {
+    const auto pairs = pairsOf(members);
+    const std::vector<PlacementEvidence> evidence = evidenceOf(assembly, pairs);
+    std::map<std::pair<int, int>, char> linked;
+    for (std::size_t k = 0; k < links_.size(); ++k)
+      if (assembly.used[k] >= 0)
+        linked[{links_[k].source, links_[k].target}] = 1;
+    std::vector<int> number(names_.size(), -1);
+    std::vector<Eigen::Isometry3d> poses;
+    std::vector<Eigen::Vector3d> places;
+    std::vector<int> held;
+    for (const int i : members) {
+      number[static_cast<std::size_t>(i)] = static_cast<int>(poses.size());
+      if (std::find(fixed.begin(), fixed.end(), i) != fixed.end())
+        held.push_back(static_cast<int>(poses.size()));
+      poses.push_back(assembly.poses[static_cast<std::size_t>(i)]);
+      places.push_back(places_[static_cast<std::size_t>(i)]);
+    }
+    std::vector<std::pair<int, int>> taken, numbered;
+    for (std::size_t k = 0; k < pairs.size(); ++k) {
+      const PlacementEvidence& e = evidence[k];
+      const bool overlaps = e.matched >= input_.options.adjustment.least_matched * e.total &&
+                            e.matched > input_.options.choice.contradiction_weight * e.contradicted;
+      if (!overlaps && linked.count(pairs[k]) == 0)
+        continue;
+      taken.push_back(pairs[k]);
+      numbered.emplace_back(number[static_cast<std::size_t>(pairs[k].first)],
+                            number[static_cast<std::size_t>(pairs[k].second)]);
+    }
+    const AdjustmentConfig& config = input_.options.adjustment;
+    const EquationsFunction equations = [&](std::size_t k, const Eigen::Isometry3d& T) {
+      return equationsAt(scan(taken[k].first), scan(taken[k].second), T, input_.options, config.noise_floor);
+    };
+    const JointAdjustment adjusted = adjustJointly(poses, numbered, held, places, equations, config, threads_);
+    for (std::size_t m = 0; m < members.size(); ++m) {
+      assembly.poses[static_cast<std::size_t>(members[m])] = adjusted.poses[m];
+      covariances_[static_cast<std::size_t>(members[m])] = adjusted.covariances[m];
+    }
+    const auto count = static_cast<double>(taken.size());
+    weight_ += count;
+    squares_before_ += count * adjusted.rms_before * adjusted.rms_before;
+    squares_ += count * adjusted.rms * adjusted.rms;
+  }
+
+  const MapInput& input_;
+  const std::vector<PairLink>& links_;
+  MultiwayMap& map_;
+  const MultiwayRegistration::Progress& progress_;
+  int threads_;
+  std::vector<std::string> names_;
+  std::vector<Eigen::Vector3d> places_;
+  EvidenceFunction evidence_;
+  std::vector<Eigen::Matrix<double, 6, 6>> covariances_;
+  double squares_before_ = 0, squares_ = 0, weight_ = 0;
+};
+
+} // namespace
+
+void
+makeMap(const MapInput& input,
+        const std::vector<PairLink>& links,
+        MultiwayMap& map,
+        const MultiwayRegistration::Progress& progress)
+{
+  MapMaker(input, links, map, progress).run();
+}
+
+} // namespace pcl_ssfr

@@ -1,0 +1,278 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#include "multiway/scan_pair.h"
+
+#include "judgement/visibility_score.h"
+#include "profiles/patch_constants.h"
+#include "profiles/patch_pair.h"
+#include "profiles/pose_refinement.h"
+#include "profiles/prepared_data.h"
+
+#include <pcl_ssfr/pipeline.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <variant>
+
+namespace pcl_ssfr {
+
+namespace {
+
+using Matrix6 = SurfaceEquations::Matrix6;
+
+constexpr double kSurvey = 0.006;   // [m] Autodesk ReCap counts the points below
+constexpr float kFreeRatio = 0.02f; // of the range: what a loose test adds to the margin of free space
+
+const PatchScan&
+patchesOf(const PreparedScan& scan)
+{
+  return std::get<PatchScan>(scan.data().scan);
+}
+
+template <typename Matrix>
+std::size_t
+bytesOfMatrix(const Matrix& m)
+{
+  return static_cast<std::size_t>(m.size()) * sizeof(typename Matrix::Scalar);
+}
+
+std::size_t
+bytesOfPatches(const PlanarPatches& patches)
+{
+  const OrientedSamples& s = patches.samples;
+  return bytesOfMatrix(s.points) + bytesOfMatrix(s.normals) + bytesOfMatrix(s.weights) + bytesOfMatrix(s.extents) +
+         bytesOfMatrix(s.facing) + bytesOfMatrix(patches.majors) + bytesOfMatrix(patches.half_minors) +
+         bytesOfMatrix(patches.thickness) +
+         (patches.counts.size() + patches.first_point.size() + patches.clutter.size()) * sizeof(std::uint32_t);
+}
+
+Options
+pairOptions(const MultiwayOptions& options)
+{
+  Options result = options.registration;
+  result.threads = 1;
+  if (options.gravity)
+    result.gravity =
+        GravityPrior{options.gravity->normalized(), options.gravity->normalized(), options.gravity_tolerance};
+  return result;
+}
+
+RefinementOptions
+stepOptions(const PatchPair& pair)
+{
+  RefinementOptions options;
+  options.match = pair.fineTolerances().match;
+  options.match.distance = static_cast<float>(pair.config().refinement.polish_final);
+  options.final_distance = pair.config().refinement.polish_final;
+  options.steps = 1;
+  return options;
+}
+
+/// Maps motions about the origin to motions about \p centre when transposed: see PoseUncertainty::informationAbout().
+Matrix6
+shifted(const Eigen::Vector3d& centre)
+{
+  Matrix6 a = Matrix6::Identity();
+  a.topRightCorner<3, 3>() << 0, -centre.z(), centre.y(), centre.z(), 0, -centre.x(), -centre.y(), centre.x(), 0;
+  return a;
+}
+
+/// A pose that was found but not polished, refined to the end and rated again.
+PairHypothesis
+polished(const PatchPair& pair, const Candidate& candidate)
+{
+  ScoredPose pose;
+  pose.T_target_source = pair.toInner(candidate.T_target_source);
+  pair.scoreFine(pose);
+  pair.polish(pose);
+  const PoseUncertainty uncertainty = uncertaintyOf(pair, pose);
+  PairHypothesis hypothesis;
+  hypothesis.T_target_source = pair.toOuter(pose.T_target_source);
+  hypothesis.rmse = pose.polish->rms;
+  hypothesis.information = uncertainty.informationAbout(-pair.target().origin);
+  return hypothesis;
+}
+
+} // namespace
+
+std::string
+problemOf(const PreparedScan& scan)
+{
+  if (scan.empty())
+    return "it was not prepared";
+  const PatchScan& patches = patchesOf(scan);
+  if (patches.extent.finite_points < kMinPoints)
+    return "it has " + std::to_string(patches.extent.finite_points) + " finite points, fewer than " +
+           std::to_string(kMinPoints);
+  if (patches.patches.size() == 0)
+    return "no surface was found in it";
+  return "";
+}
+
+std::size_t
+bytesOf(const PreparedScan& scan)
+{
+  if (scan.empty())
+    return 0;
+  const PatchScan& s = patchesOf(scan);
+  return sizeof(PreparedData) + bytesOfPatches(s.patches) + bytesOfPatches(s.coarse) + bytesOfMatrix(s.votes.points) +
+         bytesOfMatrix(s.votes.normals) + s.index.bytes() + s.range_image.bytes() + bytesOfMatrix(s.surface.points) +
+         bytesOfMatrix(s.surface.normals) + s.surface.patches.size() * sizeof(std::int32_t) + s.surface.facing.size();
+}
+
+Eigen::Vector3d
+placeOf(const PreparedScan& scan)
+{
+  const PatchScan& s = patchesOf(scan);
+  return s.origin + s.viewpoint;
+}
+
+PairLink
+linkScans(const PreparedScan& source,
+          const PreparedScan& target,
+          const MultiwayOptions& options,
+          const std::optional<PairGuess>& guess)
+{
+  const auto start = std::chrono::steady_clock::now();
+  Options pair_options = pairOptions(options);
+  if (guess)
+    pair_options.guess_tolerance = guess->tolerance;
+  const Eigen::Isometry3d* T_guess = guess ? &guess->T_target_source : nullptr;
+  const Result result = registerScans(source, target, pair_options, T_guess);
+  PairLink link;
+  link.status = result.status;
+  link.message = result.message;
+  link.confidence = result.confidence;
+  link.probability_of_none = 1;
+  const PatchPair pair(patchesOf(source), patchesOf(target), pair_options, T_guess, Deadline());
+  for (const Candidate& candidate : result.candidates) {
+    const bool is_best = link.hypotheses.empty();
+    if (static_cast<int>(link.hypotheses.size()) >= options.link.hypotheses ||
+        candidate.probability < options.link.least_probability)
+      break; // they are in the order of their probability
+    PairHypothesis hypothesis;
+    if (is_best) {
+      hypothesis.T_target_source = result.T_target_source;
+      hypothesis.rmse = result.rmse;
+      hypothesis.information = result.information;
+    }
+    else
+      hypothesis = polished(pair, candidate);
+    hypothesis.probability = candidate.probability;
+    hypothesis.score = candidate.score;
+    hypothesis.overlap = candidate.overlap;
+    hypothesis.contradiction = candidate.contradiction;
+    link.probability_of_none -= candidate.probability;
+    link.hypotheses.push_back(hypothesis);
+  }
+  link.probability_of_none = std::max(0.0, link.probability_of_none);
+  link.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return link;
+}
+
+PlacementEvidence
+evidenceAt(const PreparedScan& source,
+           const PreparedScan& target,
+           const Eigen::Isometry3d& T_target_source,
+           const MultiwayOptions& options,
+           double looseness)
+{
+  const Options pair_options = pairOptions(options);
+  const PatchPair pair(patchesOf(source), patchesOf(target), pair_options, nullptr, Deadline());
+  VisibilityOptions tolerances = pair.fineTolerances();
+  const auto loose = static_cast<float>(looseness);
+  tolerances.match.distance *= loose;
+  tolerances.free_margin *= loose;
+  tolerances.hidden_margin *= loose;
+  tolerances.free_ratio -= kFreeRatio * (loose - 1);
+  const Eigen::Isometry3d T = pair.toInner(T_target_source);
+  const auto image = [](const PatchScan& scan) { return scan.range_image.empty() ? nullptr : &scan.range_image; };
+  SurfaceEvidence both =
+      collectEvidence(pair.source().patches.samples, pair.target().index, image(pair.target()), T, tolerances);
+  both += collectEvidence(
+      pair.target().patches.samples, pair.source().index, image(pair.source()), T.inverse(), tolerances);
+  PlacementEvidence evidence;
+  evidence.total = both.patches.total;
+  evidence.matched = both.patches.matched;
+  evidence.contradicted = both.patches.contradicted;
+  evidence.overlap = both.total > 0 ? both.matched / both.total : 0;
+  return evidence;
+}
+
+SurfaceEquations
+equationsAt(const PreparedScan& source,
+            const PreparedScan& target,
+            const Eigen::Isometry3d& T_target_source,
+            const MultiwayOptions& options,
+            double noise_floor)
+{
+  const Options pair_options = pairOptions(options);
+  const PatchPair pair(patchesOf(source), patchesOf(target), pair_options, nullptr, Deadline());
+  const Eigen::Isometry3d T = pair.toInner(T_target_source);
+  const Refinement step = refineMutual(
+      pair.source().surface, pair.source().index, pair.target().surface, pair.target().index, T, stepOptions(pair));
+  SurfaceEquations equations;
+  equations.matches = step.matches;
+  if (step.matches < 3)
+    return equations;
+  // The step that was made is the solution of the equations about the centre.
+  const Eigen::Isometry3d moved = step.T_target_source * T.inverse();
+  const Eigen::AngleAxisd rotation(moved.linear());
+  SurfaceEquations::Vector6 motion;
+  motion << rotation.angle() * rotation.axis(), moved * step.centre - step.centre;
+  const Matrix6 a = shifted(step.centre + pair.target().origin);
+  const auto about = [&](const Matrix6& m) { return Matrix6(a * m * a.transpose()); };
+  equations.hessian = about(step.hessian);
+  equations.gradient = -a * step.hessian * motion;
+  equations.curvature = about(step.statistics.curvature);
+  equations.scatter = about(step.statistics.scatter + noise_floor * noise_floor * step.statistics.unit_scatter);
+  equations.weight = step.weight;
+  equations.squares = step.rms * step.rms * step.weight;
+  return equations;
+}
+
+LinkFigures
+figuresAt(const PreparedScan& source,
+          const PreparedScan& target,
+          const Eigen::Isometry3d& T_target_source,
+          const MultiwayOptions& options)
+{
+  const Options pair_options = pairOptions(options);
+  const PatchPair pair(patchesOf(source), patchesOf(target), pair_options, nullptr, Deadline());
+  const PatchIndex::Tolerance tolerance = stepOptions(pair).match;
+  const Eigen::Isometry3d T = pair.toInner(T_target_source);
+  const Eigen::Isometry3d back = T.inverse();
+  double squares = 0;
+  Eigen::Index matches = 0;
+  Eigen::Index close = 0;
+  LinkFigures figures;
+  const auto add = [&](const PatchScan& from, const PatchScan& to, const Eigen::Isometry3d& motion, bool is_target) {
+    for (Eigen::Index i = 0; i < from.surface.points.cols(); ++i) {
+      const Eigen::Vector3d p = motion * from.surface.points.col(i).cast<double>();
+      const Eigen::Vector3d n = motion.linear() * from.surface.normals.col(i).cast<double>();
+      const int found = to.index.find(p.cast<float>(), n.cast<float>(), tolerance);
+      if (found < 0)
+        continue;
+      const PatchIndex::Meeting meeting = to.index.meet(found, p);
+      squares += meeting.distance * meeting.distance;
+      ++matches;
+      close += std::abs(meeting.distance) < kSurvey ? 1 : 0;
+      const Eigen::Vector3d normal = is_target ? meeting.normal : Eigen::Vector3d(T.linear() * meeting.normal);
+      figures.strength += normal.cwiseAbs2();
+    }
+  };
+  add(pair.source(), pair.target(), T, true);
+  add(pair.target(), pair.source(), back, false);
+  if (matches > 0) {
+    const auto count = static_cast<double>(matches);
+    figures.rmse = std::sqrt(squares / count);
+    figures.below_6mm = static_cast<double>(close) / count;
+    figures.strength /= count;
+  }
+  figures.overlap = evidenceAt(source, target, T_target_source, options, 1).overlap;
+  return figures;
+}
+
+} // namespace pcl_ssfr

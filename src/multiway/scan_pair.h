@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#pragma once
+
+#include "refinement/plane_equations.h"
+
+#include <pcl_ssfr/multiway/multiway_map.h>
+#include <pcl_ssfr/multiway/multiway_options.h>
+#include <pcl_ssfr/prepared_scan.h>
+
+#include <Eigen/Geometry>
+
+#include <optional>
+#include <string>
+
+namespace pcl_ssfr {
+
+/// Why a prepared scan cannot be registered; empty: it can.
+std::string
+problemOf(const PreparedScan& scan);
+
+/// Memory that a prepared scan takes [bytes].
+std::size_t
+bytesOf(const PreparedScan& scan);
+
+/// The place of its sensor, or the middle of its points where that is not known, in its own frame [m].
+Eigen::Vector3d
+placeOf(const PreparedScan& scan);
+
+/// What is known of the pose of a pair beforehand.
+struct PairGuess {
+  Eigen::Isometry3d T_target_source;
+  GuessTolerance tolerance;
+};
+
+/** \brief Register two scans and keep several poses, each with its information. Same scans, same bits.
+ * \param[in] options threads are not read: it runs in this thread
+ */
+PairLink
+linkScans(const PreparedScan& source,
+          const PreparedScan& target,
+          const MultiwayOptions& options,
+          const std::optional<PairGuess>& guess);
+
+/// What the surfaces of two scans say of a pose, each patch weighted as in the score of a pair.
+struct PlacementEvidence {
+  double total = 0;
+  double matched = 0;
+  double contradicted = 0;
+  double overlap = 0; ///< share of the surface that meets, [0, 1]
+
+  PlacementEvidence&
+  operator+=(const PlacementEvidence& other)
+  {
+    total += other.total;
+    matched += other.matched;
+    contradicted += other.contradicted;
+    return *this;
+  }
+};
+
+/// \param[in] looseness factor on matching distances and margins, >= 1: 1 where poses are exact
+PlacementEvidence
+evidenceAt(const PreparedScan& source,
+           const PreparedScan& target,
+           const Eigen::Isometry3d& T_target_source,
+           const MultiwayOptions& options,
+           double looseness);
+
+/// The plane distances of two scans at a pose, linearised: a small motion (w, v) of the source on the left, about the
+/// target's origin, order (rotation [rad], translation [m]).
+struct SurfaceEquations {
+  using Matrix6 = PlaneEquations::Matrix6;
+  using Vector6 = PlaneEquations::Vector6;
+
+  Matrix6 hessian = Matrix6::Zero();
+  Vector6 gradient = Vector6::Zero();  ///< the step -hessian^-1 gradient lays the surfaces onto each other
+  Matrix6 curvature = Matrix6::Zero(); ///< as EquationStatistics
+  Matrix6 scatter = Matrix6::Zero();   ///< as EquationStatistics, with the noise floor
+  double weight = 0;                   ///< robust weight of all matches
+  double squares = 0;                  ///< weighted sum of squared distances [m^2]
+  Eigen::Index matches = 0;
+};
+
+/// \param[in] noise_floor [m] of each patch, > 0
+SurfaceEquations
+equationsAt(const PreparedScan& source,
+            const PreparedScan& target,
+            const Eigen::Isometry3d& T_target_source,
+            const MultiwayOptions& options,
+            double noise_floor);
+
+/// The figures of a link that a surveyor signs.
+struct LinkFigures {
+  double overlap = 0;                                 ///< share of the surface that meets, [0, 1]
+  double rmse = 0;                                    ///< of the plane distances of the matches [m]
+  double below_6mm = 0;                               ///< share of the matches below 6 mm, [0, 1]
+  Eigen::Vector3d strength = Eigen::Vector3d::Zero(); ///< share of the matched surface that faces x, y, z; sums to 1
+};
+
+LinkFigures
+figuresAt(const PreparedScan& source,
+          const PreparedScan& target,
+          const Eigen::Isometry3d& T_target_source,
+          const MultiwayOptions& options);
+
+} // namespace pcl_ssfr

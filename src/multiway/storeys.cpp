@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#include "multiway/storeys.h"
+
+#include <Eigen/Eigenvalues>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace pcl_ssfr {
+
+namespace {
+
+/// Distance of the surface below a sensor that faces up, the lower half of what is seen within reach: the median by
+/// area; NaN when hardly anything faces there.
+double
+floorDistance(const StoreyScan& scan, const Eigen::Vector3d& up, const AliasConfig& config)
+{
+  std::vector<std::pair<double, double>> below; // distance, area
+  double sum = 0;
+  for (Eigen::Index i = 0; i < scan.surface->size(); ++i) {
+    const Eigen::Vector3d n = scan.T_map_surface.linear() * scan.surface->normals.col(i);
+    const Eigen::Vector3d d = scan.T_map_surface * scan.surface->points.col(i) - scan.place;
+    const double height = -d.dot(up);
+    const double lateral = (d + height * up).norm();
+    if (n.dot(up) < config.level_normal || height < config.least_floor || height > config.most_floor ||
+        lateral > config.floor_reach)
+      continue;
+    below.emplace_back(height, scan.surface->weights[i]);
+    sum += scan.surface->weights[i];
+  }
+  if (sum < config.least_floor_area)
+    return std::numeric_limits<double>::quiet_NaN();
+  std::sort(below.begin(), below.end());
+  double area = 0;
+  for (const auto& [height, weight] : below)
+    if (2 * (area += weight) >= sum)
+      return height;
+  return below.back().first;
+}
+
+/// Share of the scans whose floor is as far below as that of the most.
+double
+levelShare(const std::vector<StoreyScan>& scans, const Eigen::Vector3d& up, const AliasConfig& config)
+{
+  std::vector<double> distances;
+  for (const StoreyScan& scan : scans) {
+    const double distance = floorDistance(scan, up, config);
+    if (!std::isnan(distance))
+      distances.push_back(distance);
+  }
+  std::sort(distances.begin(), distances.end());
+  std::size_t most = 0;
+  for (std::size_t first = 0, last = 0; last < distances.size(); ++last) {
+    while (distances[last] - distances[first] > config.same_floor)
+      ++first;
+    most = std::max(most, last - first + 1);
+  }
+  return static_cast<double>(most) / static_cast<double>(scans.size());
+}
+
+/// Directions that most surface of a part faces, by area, distinct, both signs.
+std::vector<Eigen::Vector3d>
+mainDirections(const std::vector<StoreyScan>& scans, const AliasConfig& config)
+{
+  std::vector<std::pair<double, Eigen::Vector3d>> directions;
+  for (const StoreyScan& scan : scans)
+    for (Eigen::Index i = 0; i < scan.surface->size(); ++i) {
+      const Eigen::Vector3d n = scan.T_map_surface.linear() * scan.surface->normals.col(i);
+      const double weight = scan.surface->weights[i];
+      const auto found = std::find_if(directions.begin(), directions.end(), [&](const auto& d) {
+        return std::abs(d.second.normalized().dot(n)) > config.level_normal;
+      });
+      if (found == directions.end())
+        directions.emplace_back(weight, weight * n);
+      else {
+        found->first += weight;
+        found->second += weight * (found->second.dot(n) < 0 ? -n : n);
+      }
+    }
+  std::stable_sort(
+      directions.begin(), directions.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+  constexpr std::size_t kMost = 6; // three of a Manhattan room, and some more
+  directions.resize(std::min(directions.size(), kMost));
+  std::vector<Eigen::Vector3d> both;
+  for (const auto& [weight, sum] : directions) {
+    both.push_back(sum.normalized());
+    both.push_back(-sum.normalized());
+  }
+  return both;
+}
+
+/// Whether a scan sees a floor and a ceiling, in whichever direction \p up points.
+bool
+isIndoors(const StoreyScan& scan, const Eigen::Vector3d& up, const AliasConfig& config)
+{
+  double floor = 0, ceiling = 0; // [m^2]
+  for (Eigen::Index i = 0; i < scan.surface->size(); ++i) {
+    const double facing = (scan.T_map_surface.linear() * scan.surface->normals.col(i)).dot(up);
+    const Eigen::Vector3d d = scan.T_map_surface * scan.surface->points.col(i) - scan.place;
+    const double height = d.dot(up);
+    const bool is_near = std::abs(height) < config.storey && (d - height * up).norm() < config.ceiling_reach;
+    if (std::abs(facing) < config.level_normal || facing * height > 0 || !is_near)
+      continue; // upright, or it turns its back
+    (height < 0 ? floor : ceiling) += scan.surface->weights[i];
+  }
+  return floor > config.least_floor_area && ceiling > config.least_floor_area;
+}
+
+/// Sum of d d^T over the directions from a sensor to its patches, map frame.
+Eigen::Matrix3d
+viewOf(const StoreyScan& scan)
+{
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  for (Eigen::Index i = 0; i < scan.surface->size(); ++i) {
+    const Eigen::Vector3d d = (scan.T_map_surface * scan.surface->points.col(i) - scan.place).normalized();
+    sum += d * d.transpose();
+  }
+  return sum;
+}
+
+/// The axis of sensors with few rings, which look around and hardly up or down: none where they look everywhere, or
+/// where the axes of the scans differ.
+std::optional<Eigen::Vector3d>
+axisOfRings(const std::vector<StoreyScan>& scans, const AliasConfig& config)
+{
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  std::vector<Eigen::Vector3d> axes;
+  for (const StoreyScan& scan : scans) {
+    const Eigen::Matrix3d view = viewOf(scan);
+    sum += view;
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(view);
+    if (solver.eigenvalues()[0] < config.flat_view * solver.eigenvalues()[1])
+      axes.emplace_back(solver.eigenvectors().col(0));
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(sum);
+  const Eigen::Vector3d axis = solver.eigenvectors().col(0);
+  const auto alike = std::count_if(
+      axes.begin(), axes.end(), [&](const Eigen::Vector3d& a) { return std::abs(a.dot(axis)) > config.level_normal; });
+  if (static_cast<double>(alike) < config.least_level_share * static_cast<double>(scans.size()))
+    return std::nullopt;
+  return axis;
+}
+
+} // namespace
+
+std::optional<Eigen::Vector3d>
+findUp(const std::vector<StoreyScan>& scans, const AliasConfig& config)
+{
+  if (scans.empty())
+    return std::nullopt;
+  if (const std::optional<Eigen::Vector3d> axis = axisOfRings(scans, config))
+    return axis;
+  std::optional<Eigen::Vector3d> best;
+  double most = config.least_level_share;
+  for (const Eigen::Vector3d& up : mainDirections(scans, config)) {
+    const double share = levelShare(scans, up, config);
+    if (share > most) {
+      most = share;
+      best = up;
+    }
+  }
+  return best;
+}
+
+std::optional<StoreyDoubt>
+findStoreyDoubt(const std::vector<StoreyScan>& scans, const Eigen::Vector3d& up, bool others, const AliasConfig& config)
+{
+  std::vector<std::pair<double, std::size_t>> heights;
+  for (std::size_t i = 0; i < scans.size(); ++i)
+    heights.emplace_back(scans[i].place.dot(up), i);
+  std::sort(heights.begin(), heights.end());
+  // Levels: scans at one height, the fullest first; what is left is between levels.
+  std::vector<char> is_level(scans.size(), 0);
+  std::vector<std::pair<double, std::vector<std::size_t>>> levels;
+  while (true) {
+    std::vector<std::size_t> fullest;
+    for (std::size_t first = 0; first < heights.size(); ++first) {
+      std::vector<std::size_t> level;
+      for (std::size_t k = first; k < heights.size() && heights[k].first - heights[first].first <= config.same_level;
+           ++k)
+        if (!is_level[heights[k].second])
+          level.push_back(heights[k].second);
+      if (level.size() > fullest.size())
+        fullest = level;
+    }
+    if (fullest.size() < config.least_level)
+      break;
+    double mean = 0;
+    for (const std::size_t i : fullest) {
+      is_level[i] = 1;
+      mean += scans[i].place.dot(up) / static_cast<double>(fullest.size());
+    }
+    levels.emplace_back(mean, fullest);
+  }
+  for (const auto& [height, level] : levels) {
+    const auto indoors =
+        std::count_if(level.begin(), level.end(), [&](std::size_t i) { return isIndoors(scans[i], up, config); });
+    if (2 * static_cast<std::size_t>(indoors) < level.size())
+      continue; // a road, not a storey
+    StoreyDoubt doubt;
+    doubt.up = up;
+    doubt.level = level;
+    bool leads_up = false, leads_down = false; // to another level
+    for (const auto& other : levels) {
+      leads_up = leads_up || other.first > height + config.same_level;
+      leads_down = leads_down || other.first < height - config.same_level;
+    }
+    for (std::size_t i = 0; i < scans.size(); ++i) {
+      if (is_level[i])
+        continue;
+      const double above = scans[i].place.dot(up) - height;
+      if (above > config.off_level && above < config.storey && !leads_up)
+        doubt.above.push_back(i);
+      if (-above > config.off_level && -above < config.storey && !leads_down)
+        doubt.below.push_back(i);
+    }
+    const bool both = !doubt.above.empty() && !doubt.below.empty();
+    const bool either = !doubt.above.empty() || !doubt.below.empty();
+    if (both || (either && others))
+      return doubt;
+  }
+  return std::nullopt;
+}
+
+} // namespace pcl_ssfr

@@ -1,0 +1,330 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+// What links say together: beliefs by loops, parts, bridges; the pose graph and the joint adjustment of made-up jobs.
+
+#include "judgement/scored_pose.h"
+#include "multiway/assembly.h"
+#include "multiway/joint_adjustment.h"
+#include "multiway/pose_graph.h"
+
+#include <made_up_maps.h>
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+
+namespace pcl_ssfr {
+namespace {
+
+using ::testing::Each;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using testing::MadeUpJob;
+
+constexpr double kMillimetre = 1e-3;
+
+/// Nothing is seen of it: surfaces say neither yes nor no.
+PlacementEvidence
+noContradiction(int /*source*/, int /*target*/, const Eigen::Isometry3d& /*T*/, double /*looseness*/)
+{
+  PlacementEvidence evidence;
+  evidence.total = 100;
+  evidence.matched = 20;
+  return evidence;
+}
+
+MultiwayOptions
+oneThread()
+{
+  MultiwayOptions options;
+  options.threads = 1;
+  return options;
+}
+
+Assembly
+assembled(const MadeUpJob& job,
+          const Decisions& decisions = {},
+          const EvidenceFunction& evidence = noContradiction,
+          const MultiwayOptions& options = oneThread())
+{
+  const HypothesisGraph graph = weighHypotheses(job.links, job.places, decisions, options);
+  return assemble(job.links, graph, job.places, evidence, decisions, job.names, options);
+}
+
+/// Largest error of the scans of the part of scan 0 relative to it [m].
+double
+largestError(const MadeUpJob& job, const std::vector<Eigen::Isometry3d>& poses, const std::vector<int>& part)
+{
+  double largest = 0;
+  for (std::size_t i = 0; i < poses.size(); ++i)
+    if (part[i] == part[0])
+      largest =
+          std::max(largest,
+                   translationBetween(
+                       poses[0].inverse() * poses[i], job.relative(static_cast<int>(i), 0), Eigen::Vector3d::Zero()));
+  return largest;
+}
+
+MadeUpJob
+fullJob(int scans)
+{
+  MadeUpJob job(scans);
+  for (int i = 0; i < scans; ++i)
+    for (int j = i + 1; j < scans; ++j)
+      job.addTrue(i, j);
+  return job;
+}
+
+TEST(HypothesisGraph, loopsRaiseWhatClosesAndLowerWhatDoesNot)
+{
+  MadeUpJob job(5);
+  for (int i = 0; i < 5; ++i)
+    for (int j = i + 1; j < 5; ++j)
+      if (i == 0 && j == 4)
+        job.addFalse(i, j, {5, 0, 0}, 0.9);
+      else
+        job.addTrue(i, j, 0.6);
+  const HypothesisGraph graph = weighHypotheses(job.links, job.places, {}, oneThread());
+  for (const WeighedHypothesis& h : graph.hypotheses) {
+    const bool is_false = job.links[h.link].source == 0 && job.links[h.link].target == 4;
+    if (is_false)
+      EXPECT_LT(h.belief, 0.7 * h.prior);
+    else
+      EXPECT_GT(h.belief, h.prior) << job.links[h.link].source << " " << job.links[h.link].target;
+  }
+}
+
+TEST(HypothesisGraph, thePriorFollowsTheShareOfRelatedPairs)
+{
+  // The same link among pairs that share nothing is less probable than among pairs that share a place.
+  MadeUpJob few(12), many(12);
+  for (int i = 0; i < 12; ++i)
+    for (int j = i + 1; j < 12; ++j) {
+      few.addTrue(i, j, i == 0 && j == 1 ? 0.8 : 0.02);
+      many.addTrue(i, j, i == 0 && j == 1 ? 0.8 : 0.95);
+    }
+  const HypothesisGraph rare = weighHypotheses(few.links, few.places, {}, oneThread());
+  const HypothesisGraph usual = weighHypotheses(many.links, many.places, {}, oneThread());
+  EXPECT_LT(rare.related_share, 0.2);
+  EXPECT_GT(usual.related_share, 0.8);
+  EXPECT_LT(rare.hypotheses.front().prior, 0.5);
+  EXPECT_GT(usual.hypotheses.front().prior, 0.8);
+}
+
+TEST(HypothesisGraph, noLinksAndNoHypothesesAreFine)
+{
+  EXPECT_TRUE(weighHypotheses({}, {}, {}, oneThread()).hypotheses.empty());
+  MadeUpJob job(2);
+  job.addTrue(0, 1).hypotheses.clear();
+  EXPECT_TRUE(weighHypotheses(job.links, job.places, {}, oneThread()).hypotheses.empty());
+}
+
+TEST(HypothesisGraph, sameBitsForAnyNumberOfThreads)
+{
+  const MadeUpJob job = fullJob(9);
+  MultiwayOptions four = oneThread();
+  four.threads = 4;
+  const HypothesisGraph a = weighHypotheses(job.links, job.places, {}, oneThread());
+  const HypothesisGraph b = weighHypotheses(job.links, job.places, {}, four);
+  ASSERT_EQ(a.hypotheses.size(), b.hypotheses.size());
+  for (std::size_t h = 0; h < a.hypotheses.size(); ++h)
+    EXPECT_EQ(a.hypotheses[h].belief, b.hypotheses[h].belief);
+}
+
+TEST(Assembly, falseLinksAreLeftOut)
+{
+  MadeUpJob job = fullJob(7);
+  job.links.erase(job.links.begin() + 2); // 0-3
+  job.addFalse(0, 3, {4, 0, 0}, 0.99);
+  const Assembly assembly = assembled(job);
+  EXPECT_THAT(assembly.part, Each(assembly.part[0]));
+  EXPECT_LT(largestError(job, assembly.poses, assembly.part), 5 * kMillimetre);
+  for (std::size_t k = 0; k < job.links.size(); ++k) {
+    const bool is_false = job.links[k].source == 0 && job.links[k].target == 3;
+    EXPECT_EQ(assembly.used[k], is_false ? -1 : 0);
+  }
+  EXPECT_GT(assembly.false_share, 0);
+}
+
+TEST(Assembly, theSecondPoseOfAPairIsTakenWhereTheLoopsAskForIt)
+{
+  MadeUpJob job = fullJob(4);
+  PairLink& link = job.links.front(); // 0-1
+  PairHypothesis wrong = link.hypotheses.front();
+  wrong.T_target_source = wrong.T_target_source * Eigen::Translation3d(3, 0, 0);
+  wrong.probability = 0.6;
+  link.hypotheses.front().probability = 0.35;
+  link.hypotheses.insert(link.hypotheses.begin(), wrong);
+  const Assembly assembly = assembled(job);
+  EXPECT_EQ(assembly.used.front(), 1);
+  EXPECT_LT(largestError(job, assembly.poses, assembly.part), 5 * kMillimetre);
+}
+
+TEST(Assembly, aSingleDoubtfulLinkJoinsNothing)
+{
+  // Two rooms of three scans each, and a door.
+  MadeUpJob job(6);
+  for (const int room : {0, 3})
+    for (int i = room; i < room + 3; ++i)
+      for (int j = i + 1; j < room + 3; ++j)
+        job.addTrue(i, j);
+  MadeUpJob sure = job;
+  job.addTrue(2, 3, 0.75);
+  sure.addTrue(2, 3, 0.999);
+  const Assembly apart = assembled(job);
+  EXPECT_EQ(apart.part[0], apart.part[2]);
+  EXPECT_EQ(apart.part[3], apart.part[5]);
+  EXPECT_NE(apart.part[0], apart.part[3]);
+  const Assembly together = assembled(sure);
+  EXPECT_EQ(together.part[0], together.part[3]);
+  const std::vector<char> bridges = findBridges(together, sure.links);
+  for (std::size_t k = 0; k < sure.links.size(); ++k)
+    EXPECT_EQ(bridges[k] != 0, sure.links[k].source == 2 && sure.links[k].target == 3);
+}
+
+TEST(Assembly, surfacesInTheFreeSpaceOfAThirdScanForbidAJoin)
+{
+  const MadeUpJob job = fullJob(4);
+  const EvidenceFunction third = [](int source, int target, const Eigen::Isometry3d& T, double looseness) {
+    PlacementEvidence evidence = noContradiction(source, target, T, looseness);
+    if (source == 3 || target == 3)
+      evidence.contradicted = 5; // 14 times that outweighs the matches
+    return evidence;
+  };
+  const Assembly assembly = assembled(job, {}, third);
+  EXPECT_EQ(assembly.part[0], assembly.part[2]);
+  EXPECT_NE(assembly.part[0], assembly.part[3]);
+  EXPECT_THAT(assembly.refusal[2], HasSubstr("free space")); // 0-3
+}
+
+TEST(Assembly, aPersonsWordCounts)
+{
+  MadeUpJob job(4);
+  job.addTrue(0, 1);
+  job.addTrue(2, 3);
+  job.addTrue(1, 2, 0.1);
+  Decisions decisions;
+  EXPECT_NE(assembled(job, decisions).part[1], assembled(job, decisions).part[2]);
+  decisions.accepted.insert({1, 2});
+  EXPECT_EQ(assembled(job, decisions).part[1], assembled(job, decisions).part[2]);
+  decisions.rejected.insert({2, 3});
+  EXPECT_NE(assembled(job, decisions).part[2], assembled(job, decisions).part[3]);
+}
+
+TEST(Assembly, acceptedLinksThatDoNotAgreeAreNamed)
+{
+  MadeUpJob job = fullJob(3);
+  job.links.erase(job.links.begin() + 1); // 0-2
+  job.addFalse(0, 2, {3, 0, 0});
+  Decisions decisions;
+  decisions.accepted = {{0, 1}, {1, 2}, {0, 2}};
+  try {
+    assembled(job, decisions);
+    FAIL() << "a loop that does not close was accepted";
+  }
+  catch (const std::invalid_argument& error) {
+    EXPECT_THAT(error.what(), HasSubstr("does not close"));
+    for (const char* name : {"s0", "s1", "s2"})
+      EXPECT_THAT(error.what(), HasSubstr(name));
+  }
+}
+
+TEST(PoseGraph, linksAreAveragedAndOutliersWeighLittle)
+{
+  MadeUpJob job(8, 5);
+  std::vector<PoseGraphEdge> edges;
+  for (int i = 0; i < 8; ++i)
+    for (int j = i + 1; j < 8; ++j) {
+      const PairLink& link = job.addTrue(i, j, 0.9, 0.003);
+      edges.push_back({i, j, link.hypotheses[0].T_target_source, 1e5 * Eigen::Matrix<double, 6, 6>::Identity()});
+    }
+  edges[3].T_target_source = edges[3].T_target_source * Eigen::Translation3d(1, 0, 0);
+  std::vector<Eigen::Isometry3d> start = job.truth;
+  for (std::size_t i = 1; i < start.size(); ++i)
+    start[i] = start[i] * Eigen::Translation3d(0.2, -0.1, 0.1);
+  const std::vector<Eigen::Isometry3d> solved = solvePoseGraph(start, edges, {0});
+  EXPECT_TRUE(solved[0].isApprox(job.truth[0]));
+  EXPECT_LT(largestError(job, solved, std::vector<int>(8, 0)), 0.05);
+  EXPECT_GT(largestError(job, start, std::vector<int>(8, 0)), 0.2);
+}
+
+TEST(PoseGraph, withoutEdgesNothingMoves)
+{
+  const MadeUpJob job(3);
+  const std::vector<Eigen::Isometry3d> solved = solvePoseGraph(job.truth, {}, {0});
+  for (std::size_t i = 0; i < 3; ++i)
+    EXPECT_TRUE(solved[i].matrix() == job.truth[i].matrix());
+}
+
+/// Pairs whose surfaces say the true pose, each motion with the same weight.
+SurfaceEquations
+towards(const Eigen::Isometry3d& T_true, const Eigen::Isometry3d& T, double scatter)
+{
+  SurfaceEquations e;
+  const Eigen::Isometry3d error = T_true * T.inverse();
+  const Eigen::AngleAxisd rotation(error.linear());
+  SurfaceEquations::Vector6 motion;
+  motion << rotation.angle() * rotation.axis(), error.translation();
+  e.hessian = e.curvature = 1000 * SurfaceEquations::Matrix6::Identity();
+  e.gradient = -e.hessian * motion;
+  e.scatter = scatter * SurfaceEquations::Matrix6::Identity();
+  e.weight = 1;
+  e.squares = motion.squaredNorm();
+  e.matches = 100;
+  return e;
+}
+
+TEST(JointAdjustment, findsThePosesThatAllSurfacesAgreeOn)
+{
+  const MadeUpJob job(5, 9);
+  std::vector<std::pair<int, int>> pairs = {{0, 1}, {1, 2}, {2, 3}, {3, 4}, {0, 4}, {0, 2}};
+  const EquationsFunction equations = [&](std::size_t k, const Eigen::Isometry3d& T) {
+    return towards(job.relative(pairs[k].first, pairs[k].second), T, 1);
+  };
+  std::vector<Eigen::Isometry3d> start = job.truth;
+  for (std::size_t i = 1; i < start.size(); ++i)
+    start[i] = start[i] * Eigen::Translation3d(0.05, -0.02, 0.03) * Eigen::AngleAxisd(0.02, Eigen::Vector3d::UnitX());
+  const JointAdjustment one = adjustJointly(start, pairs, {0}, job.places, equations, AdjustmentConfig(), 1);
+  const JointAdjustment four = adjustJointly(start, pairs, {0}, job.places, equations, AdjustmentConfig(), 4);
+  EXPECT_LT(largestError(job, one.poses, std::vector<int>(5, 0)), 0.1 * kMillimetre);
+  EXPECT_LT(one.rms, 0.01 * one.rms_before);
+  EXPECT_TRUE(one.covariances[0].isZero(0));
+  for (std::size_t i = 0; i < 5; ++i) {
+    EXPECT_TRUE(one.poses[i].matrix() == four.poses[i].matrix());
+    EXPECT_TRUE(one.covariances[i] == four.covariances[i]);
+  }
+}
+
+TEST(JointAdjustment, covarianceGrowsAlongAChain)
+{
+  // Each pair has the variance scatter / curvature^2, and they add up.
+  const MadeUpJob job(4);
+  std::vector<std::pair<int, int>> pairs = {{0, 1}, {1, 2}, {2, 3}};
+  const EquationsFunction equations = [&](std::size_t k, const Eigen::Isometry3d& T) {
+    return towards(job.relative(pairs[k].first, pairs[k].second), T, 4);
+  };
+  AdjustmentConfig config;
+  config.damping = 1e-9;
+  config.covariance_factor = 1;
+  const JointAdjustment adjusted = adjustJointly(job.truth, pairs, {0}, job.places, equations, config, 1);
+  // Of the rotation, which no lever arm changes.
+  for (int i = 1; i < 4; ++i)
+    EXPECT_NEAR((adjusted.covariances[static_cast<std::size_t>(i)].topLeftCorner<3, 3>().trace()),
+                3 * i * 4.0 / (1000.0 * 1000.0),
+                1e-7);
+}
+
+TEST(JointAdjustment, whatNothingDeterminesStays)
+{
+  const MadeUpJob job(3);
+  const EquationsFunction nothing = [](std::size_t, const Eigen::Isometry3d&) { return SurfaceEquations(); };
+  const JointAdjustment adjusted =
+      adjustJointly(job.truth, {{0, 1}, {1, 2}}, {0}, job.places, nothing, AdjustmentConfig(), 1);
+  for (std::size_t i = 0; i < 3; ++i)
+    EXPECT_TRUE(adjusted.poses[i].isApprox(job.truth[i], 1e-12));
+  EXPECT_EQ(adjusted.rms, 0);
+}
+
+} // namespace
+} // namespace pcl_ssfr

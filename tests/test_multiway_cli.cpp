@@ -1,0 +1,331 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+// ssfr_map as its users run it: exit codes, messages, files, resuming. PCL_SSFR_MAP is the path of the program.
+
+#include <apps/io/csv_line.h>
+#include <apps/io/file_bytes.h>
+#include <apps/map/map_files.h>
+#include <apps/map/map_inputs.h>
+#include <apps/map/map_options.h>
+#include <apps/map/map_truth.h>
+#include <apps/map/merged_cloud.h>
+#include <apps/map/pose_list.h>
+
+#include <io_testing.h>
+#include <synthetic_scene.h>
+
+#include <pcl/io/pcd_io.h>
+
+#include <gmock/gmock.h>
+#include <nlohmann/json.hpp>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+#include <thread>
+
+namespace pcl_ssfr {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::StartsWith;
+using testing::TemporaryFolder;
+
+/// What a run of the program left.
+struct Outcome {
+  int code = -1;
+  std::string out, err;
+};
+
+/// Four scans of a room in a folder, with their poses, made once.
+class Program : public ::testing::Test {
+protected:
+  static void
+  SetUpTestSuite()
+  {
+    folder_ = std::make_unique<TemporaryFolder>();
+    std::filesystem::create_directories(folder_->file("scans"));
+    const testing::Scene scene = testing::makeFurnishedRoom(3);
+    testing::Random random(11);
+    std::ofstream poses(folder_->file("poses.txt"));
+    for (int i = 0; i < 4; ++i) {
+      const Eigen::Matrix3d R = testing::randomRotation(random);
+      Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+      T.translation() = scene.stations[static_cast<std::size_t>(i) % scene.stations.size()] +
+                        0.2 * (i / static_cast<int>(scene.stations.size())) * Eigen::Vector3d::UnitX();
+      const Eigen::Matrix3Xf points =
+          R.cast<float>().transpose() * testing::castScan(scene, T, testing::roomScanner(0.025), 20 + i);
+      T.linear() = R;
+      pcl::PointCloud<pcl::PointXYZ> cloud;
+      for (Eigen::Index k = 0; k < points.cols(); ++k)
+        cloud.push_back(pcl::PointXYZ(points(0, k), points(1, k), points(2, k)));
+      const std::string name = i == 2 ? "a, b.pcd" : "s" + std::to_string(i) + ".pcd";
+      pcl::io::savePCDFileBinary(folder_->file("scans/" + name), cloud);
+      const Eigen::Quaterniond q(T.linear());
+      if (i != 2)
+        poses << name << " " << T.translation().transpose() << " " << q.x() << " " << q.y() << " " << q.z() << " "
+              << q.w() << "\n";
+    }
+  }
+  static void
+  TearDownTestSuite()
+  {
+    folder_.reset();
+  }
+
+  static std::string
+  scans()
+  {
+    return folder_->file("scans");
+  }
+  Outcome
+  run(const std::string& arguments) const
+  {
+    const std::string out = out_.file("stdout"), err = out_.file("stderr");
+    const int status = std::system((PCL_SSFR_MAP " " + arguments + " >'" + out + "' 2>'" + err + "'").c_str());
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, io::readFile(out), io::readFile(err)};
+  }
+  std::string
+  out(const std::string& name = "map") const
+  {
+    return out_.file(name);
+  }
+  static std::vector<std::vector<std::string>>
+  table(const std::string& path)
+  {
+    std::istringstream text(io::readFile(path));
+    std::vector<std::vector<std::string>> rows;
+    for (std::string line; std::getline(text, line);)
+      rows.push_back(io::splitCsvLine(line));
+    return rows;
+  }
+
+  static inline std::unique_ptr<TemporaryFolder> folder_;
+  TemporaryFolder out_;
+};
+
+TEST_F(Program, placesAFolderAndWritesEverything)
+{
+  const Outcome result =
+      run("'" + scans() + "' --out '" + out() + "' --truth '" + folder_->file("poses.txt") + "' --merged '" +
+          out("all.ply") + "' --merged-leaf 0.1 --tum --json '" + out("copy.json") + "'");
+  ASSERT_EQ(result.code, 0) << result.err;
+  const auto poses = table(out() + "/poses.csv");
+  ASSERT_EQ(poses.size(), 5U);
+  EXPECT_THAT(poses[0],
+              ElementsAre("scan",
+                          "component",
+                          "T00",
+                          "T01",
+                          "T02",
+                          "T03",
+                          "T10",
+                          "T11",
+                          "T12",
+                          "T13",
+                          "T20",
+                          "T21",
+                          "T22",
+                          "T23",
+                          "T30",
+                          "T31",
+                          "T32",
+                          "T33",
+                          "sigma_rotation_deg",
+                          "sigma_translation_m",
+                          "links",
+                          "reason"));
+  EXPECT_EQ(poses[1][0], "a, b.pcd");
+  for (std::size_t i = 1; i < poses.size(); ++i) {
+    ASSERT_EQ(poses[i].size(), poses[0].size());
+    EXPECT_EQ(poses[i][1], "0");
+  }
+  const auto links = table(out() + "/links.csv");
+  ASSERT_EQ(links.size(), 7U);
+  const std::vector<std::string> first(links[0].begin(), links[0].begin() + 13);
+  EXPECT_THAT(first,
+              ElementsAre("source",
+                          "target",
+                          "status",
+                          "confidence",
+                          "overlap",
+                          "rmse_m",
+                          "strength_x",
+                          "strength_y",
+                          "strength_z",
+                          "below_6mm",
+                          "residual_rotation_deg",
+                          "residual_translation_m",
+                          "reason"));
+  for (const auto& row : links)
+    EXPECT_EQ(row.size(), 29U);
+  const auto json = nlohmann::json::parse(io::readFile(out() + "/map.json"));
+  EXPECT_EQ(json["components"], 1);
+  EXPECT_EQ(json["placed"], 4);
+  EXPECT_EQ(json["truth"]["wrong"], 0);
+  EXPECT_LT(json["truth"]["largest_translation_m"], 0.02);
+  EXPECT_EQ(io::readFile(out("copy.json")), io::readFile(out() + "/map.json"));
+  const std::string page = io::readFile(out() + "/report.html");
+  EXPECT_THAT(page, HasSubstr("<svg id=\"plan\">"));
+  EXPECT_THAT(page, HasSubstr("a, b.pcd"));
+  EXPECT_EQ(page.find("http"), page.find("http://www.w3.org/2000/svg")); // a name space, no address of anything else
+  EXPECT_EQ(page.find("/*DATA*/"), std::string::npos);
+  EXPECT_TRUE(std::filesystem::exists(out() + "/map.sqlite"));
+  EXPECT_TRUE(std::filesystem::exists(out() + "/poses.tum"));
+  const io::LoadedCloud merged = io::loadCloud(out("all.ply"));
+  EXPECT_GT(merged.points->size(), 1000U);
+  EXPECT_THAT(result.out, IsEmpty());
+  // What was written is read as approximate poses.
+  const Outcome again = run("'" + scans() + "' --out '" + out("second") + "' --poses '" + out() +
+                            "/poses.csv' --pose-tolerance 5,0.5 --json -");
+  EXPECT_EQ(again.code, 0) << again.err;
+  EXPECT_EQ(nlohmann::json::parse(again.out)["components"], 1);
+}
+
+TEST_F(Program, whatWasKilledGoesOnToTheSameMap)
+{
+  ASSERT_EQ(run("'" + scans() + "' --out '" + out("whole") + "' --threads 1").code, 0);
+  const pid_t child = fork();
+  if (child == 0) {
+    if (!std::freopen(out("log").c_str(), "w", stdout) || !std::freopen(out("log").c_str(), "a", stderr))
+      _exit(126);
+    execl(PCL_SSFR_MAP, "ssfr_map", scans().c_str(), "--out", out("killed").c_str(), "--threads", "1", nullptr);
+    _exit(127);
+  }
+  std::this_thread::sleep_for(std::chrono::milliseconds(150));
+  kill(child, SIGKILL);
+  waitpid(child, nullptr, 0);
+  const Outcome resumed = run("'" + scans() + "' --out '" + out("killed") + "' --threads 2 --resume");
+  ASSERT_EQ(resumed.code, 0) << resumed.err;
+  EXPECT_EQ(io::readFile(out("killed") + "/poses.csv"), io::readFile(out("whole") + "/poses.csv"));
+  EXPECT_EQ(io::readFile(out("killed") + "/links.csv"), io::readFile(out("whole") + "/links.csv"));
+}
+
+TEST_F(Program, severalComponentsAreCodeOneAndMendedByHand)
+{
+  std::string reject;
+  for (const char* other : {"s0", "s1.pcd", "'a, b'"})
+    reject += std::string(" --reject s3,") + other;
+  // A name with a comma cannot be given in A,B.
+  const Outcome bad = run("'" + scans() + "' --out '" + out() + "'" + reject);
+  EXPECT_EQ(bad.code, 2);
+  EXPECT_THAT(bad.err, HasSubstr("--reject"));
+  std::filesystem::create_directories(out("in"));
+  for (const char* name : {"s0.pcd", "s1.pcd", "s3.pcd"})
+    std::filesystem::copy(scans() + "/" + name, out("in"));
+  const Outcome apart = run("'" + out("in") + "' --out '" + out() + "' --reject s3,s0 --reject s3.pcd,s1.pcd");
+  EXPECT_EQ(apart.code, 1) << apart.err;
+  const auto poses = table(out() + "/poses.csv");
+  EXPECT_EQ(poses[3][1], "1");
+  EXPECT_THAT(poses[3].back(), HasSubstr("rejected by a person"));
+  const Outcome mended = run("'" + out("in") + "' --out '" + out() + "' --resume --accept s3,s0 --pin s1");
+  EXPECT_EQ(mended.code, 0) << mended.err;
+  EXPECT_EQ(table(out() + "/poses.csv")[2][2], "1"); // T00 of s1
+}
+
+TEST_F(Program, aBrokenScanIsOneRow)
+{
+  std::filesystem::create_directories(out("in"));
+  std::filesystem::copy(scans(), out("in"), std::filesystem::copy_options::recursive);
+  std::ofstream(out("in") + "/broken.pcd") << "no cloud\n";
+  std::filesystem::copy(scans() + "/s0.pcd", out("in") + "/twice.pcd");
+  const Outcome result = run("'" + out("in") + "' --out '" + out() + "'");
+  EXPECT_EQ(result.code, 1) << result.err;
+  const auto poses = table(out() + "/poses.csv");
+  ASSERT_EQ(poses.size(), 7U);
+  for (const auto& row : poses) {
+    if (row[0] == "broken.pcd") {
+      EXPECT_THAT(row.back(), HasSubstr("broken.pcd"));
+    }
+    if (row[0] == "twice.pcd") {
+      EXPECT_THAT(row.back(), HasSubstr("same points as s0.pcd"));
+    }
+  }
+}
+
+TEST_F(Program, whatIsWrongIsOneLineThatNamesIt)
+{
+  const std::string in = "'" + scans() + "'";
+  const struct {
+    std::string arguments;
+    int code;
+    const char* text;
+  } cases[] = {
+      {"--out x", 2, "INPUT is missing"},
+      {in, 2, "--out is missing"},
+      {in + " --out '" + out() + "' --thraeds 2", 2, "--thraeds"},
+      {in + " --out '" + out() + "' --gravity 0,0", 2, "--gravity"},
+      {in + " --out '" + out() + "' --pose-tolerance 1,1", 2, "--pose-tolerance"},
+      {in + " --out '" + out() + "' --accept s0", 2, "--accept"},
+      {in + " --out '" + out() + "' --accept s0,s9", 2, "s9"},
+      {in + " --out '" + out() + "' --pin nothing", 2, "nothing"},
+      {in + " --out '" + out() + "' --pairs some", 2, "--pairs"},
+      {in + " --out '" + out() + "' --merged all.las", 2, "all.las"},
+      {"'" + scans() + "/s0.pcd' --out '" + out() + "'", 2, "two scans or more"},
+      {"'" + out("missing") + "' --out '" + out() + "'", 3, "missing"},
+      {in + " --out /proc/nowhere", 3, "/proc/nowhere"},
+      {in + " --out '" + out() + "' --truth '" + out("no.txt") + "'", 3, "no.txt"},
+  };
+  for (const auto& c : cases) {
+    const Outcome result = run(c.arguments);
+    EXPECT_EQ(result.code, c.code) << c.arguments;
+    EXPECT_THAT(result.err, HasSubstr(c.text)) << c.arguments;
+    EXPECT_THAT(result.err, StartsWith("ssfr_map: ")) << c.arguments;
+    EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+    EXPECT_THAT(result.out, IsEmpty()) << c.arguments;
+  }
+  EXPECT_EQ(run("--help").code, 0);
+  EXPECT_THAT(run("--version").out, StartsWith("ssfr_map "));
+}
+
+TEST(PoseList, bothFormatsAndWhatIsWrongInThem)
+{
+  const TemporaryFolder folder;
+  const auto errorOf = [&](const std::string& text) -> std::string {
+    io::writeFile(folder.file("p.txt"), text);
+    try {
+      apps::readPoses(folder.file("p.txt"));
+    }
+    catch (const io::IoError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(errorOf("# scan ...\na.pcd 1 2 3 0 0 0 1\n"), "");
+  EXPECT_EQ(errorOf("a.pcd 0 -1 0 5 1 0 0 6 0 0 1 7 0 0 0 1\n"), "");
+  EXPECT_THAT(errorOf("a.pcd 2 0 0 5 0 1 0 6 0 0 1 7 0 0 0 1\n"), HasSubstr("rigid motion"));
+  io::writeFile(folder.file("m.txt"), "a.pcd 0 -1 0 5 1 0 0 6 0 0 1 7 0 0 0 1\n");
+  const Eigen::Vector3d place = apps::readPoses(folder.file("m.txt")).at("a.pcd").translation();
+  EXPECT_TRUE(place == Eigen::Vector3d(5, 6, 7));
+  EXPECT_THAT(errorOf("a.pcd 1 2 3 0 0 0\n"), HasSubstr("qx qy qz qw"));
+  EXPECT_THAT(errorOf("a.pcd 1 2 3 0 0 0 2\n"), HasSubstr("length"));
+  EXPECT_THAT(errorOf("a 1 2 3 0 0 0 1\na 1 2 3 0 0 0 1\n"), HasSubstr("second pose"));
+  EXPECT_THAT(errorOf(""), HasSubstr("no pose"));
+  EXPECT_THAT(errorOf("scan,T00\na,1\n"), HasSubstr("T01"));
+  const std::map<std::string, int> values = {{"a", 1}, {"b.pcd", 2}};
+  EXPECT_EQ(*apps::findByName(values, "x/a.pcd"), 1);
+  EXPECT_EQ(*apps::findByName(values, "b.pcd"), 2);
+  EXPECT_EQ(apps::findByName(values, "c"), nullptr);
+}
+
+TEST(PoseList, placesAreFitted)
+{
+  const Eigen::Isometry3d T =
+      Eigen::Translation3d(3e5, 4e6, 100) * Eigen::AngleAxisd(2, Eigen::Vector3d(1, 1, 3).normalized());
+  const std::vector<Eigen::Vector3d> from = {{0, 0, 0}, {5, 0, 0}, {0, 4, 1}, {1, 1, 0}};
+  std::vector<Eigen::Vector3d> to;
+  for (const Eigen::Vector3d& p : from)
+    to.push_back(T * p);
+  EXPECT_TRUE(apps::fitPlaces(from, to).isApprox(T, 1e-9));
+  EXPECT_THROW(apps::fitPlaces({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}, {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}),
+               std::invalid_argument);
+}
+
+} // namespace
+} // namespace pcl_ssfr

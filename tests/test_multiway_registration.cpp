@@ -1,0 +1,281 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+// Scans of a furnished room into one map: poses, covariances, bits, bad scans, a person's word, the project file.
+
+#include "multiway/project_file.h"
+
+#include <pcl_ssfr/multiway/multiway_registration.h>
+
+#include <io_testing.h>
+#include <pose_matchers.h>
+#include <scan_views.h>
+#include <synthetic_scene.h>
+
+#include <pcl/point_types.h>
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <fstream>
+
+namespace pcl_ssfr {
+namespace {
+
+using ::testing::HasSubstr;
+using testing::TemporaryFolder;
+
+/// Five scans of a room, each in a frame of its own.
+class Room : public ::testing::Test {
+protected:
+  static void
+  SetUpTestSuite()
+  {
+    const testing::Scene scene = testing::makeFurnishedRoom(3);
+    testing::Random random(11);
+    for (int i = 0; i < 5; ++i) {
+      const Eigen::Vector3d station = scene.stations[static_cast<std::size_t>(i) % scene.stations.size()] +
+                                      0.2 * (i / static_cast<int>(scene.stations.size())) * Eigen::Vector3d::UnitX();
+      Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+      T.translation() = station;
+      const Eigen::Matrix3Xf points = testing::castScan(scene, T, testing::roomScanner(0.02), 20 + i);
+      const Eigen::Matrix3d R = testing::randomRotation(random);
+      scans_.push_back(R.cast<float>().transpose() * points);
+      T.linear() = R;
+      truth_.push_back(T);
+    }
+  }
+  static void
+  TearDownTestSuite()
+  {
+    scans_.clear();
+    truth_.clear();
+  }
+
+  static ScanView
+  view(int scan)
+  {
+    const Eigen::Matrix3Xf& points = scans_[static_cast<std::size_t>(scan)];
+    ScanView result;
+    result.xyz = points.data();
+    result.size = static_cast<std::size_t>(points.cols());
+    return result;
+  }
+  static void
+  addAll(MultiwayRegistration& registration)
+  {
+    for (int i = 0; i < 5; ++i)
+      registration.addScan("s" + std::to_string(i), view(i));
+  }
+  static MultiwayMap
+  mapOf(unsigned threads)
+  {
+    MultiwayOptions options;
+    options.threads = threads;
+    MultiwayRegistration registration(options);
+    addAll(registration);
+    return registration.run();
+  }
+  static void
+  expectSameBits(const MultiwayMap& a, const MultiwayMap& b)
+  {
+    ASSERT_EQ(a.scans.size(), b.scans.size());
+    for (std::size_t i = 0; i < a.scans.size(); ++i) {
+      EXPECT_TRUE(a.scans[i].T_map_scan.matrix() == b.scans[i].T_map_scan.matrix()) << i;
+      EXPECT_TRUE(a.scans[i].covariance == b.scans[i].covariance) << i;
+      EXPECT_EQ(a.scans[i].component, b.scans[i].component);
+    }
+    ASSERT_EQ(a.links.size(), b.links.size());
+    for (std::size_t k = 0; k < a.links.size(); ++k) {
+      EXPECT_EQ(a.links[k].confidence, b.links[k].confidence);
+      EXPECT_TRUE(a.links[k].T_target_source.matrix() == b.links[k].T_target_source.matrix());
+    }
+  }
+
+  static inline std::vector<Eigen::Matrix3Xf> scans_;
+  static inline std::vector<Eigen::Isometry3d> truth_;
+};
+
+TEST_F(Room, allScansAreWhereTheyBelong)
+{
+  const MultiwayMap map = mapOf(2);
+  EXPECT_EQ(map.components, 1);
+  EXPECT_EQ(map.placed, 5U);
+  EXPECT_TRUE(map.scans[0].T_map_scan.matrix().isIdentity(1e-12));
+  for (std::size_t i = 0; i < 5; ++i) {
+    const Eigen::Isometry3d expected = truth_[0].inverse() * truth_[i];
+    EXPECT_LT((map.scans[i].T_map_scan.translation() - expected.translation()).norm(), 0.01);
+    EXPECT_GT(map.scans[i].links, 0);
+    EXPECT_GT(map.scans[i].bytes, 1000U);
+    if (i > 0) {
+      EXPECT_GT(map.scans[i].sigma_translation, 1e-5);
+      EXPECT_LT(map.scans[i].sigma_translation, 0.02);
+    }
+  }
+  for (const MapLink& link : map.links)
+    if (link.status == LinkStatus::Used) {
+      EXPECT_NEAR(link.strength.sum(), 1, 1e-6); // normals are floats
+      EXPECT_GT(link.overlap, 0.05);
+    }
+  EXPECT_GT(map.bundle_error, 0);
+  EXPECT_FALSE(map.loops.empty());
+}
+
+TEST_F(Room, sameBitsForAnyNumberOfThreads)
+{
+  expectSameBits(mapOf(1), mapOf(3));
+}
+
+TEST_F(Room, aProjectGivesTheSameMapAndLinksNothingAgain)
+{
+  const TemporaryFolder folder;
+  const std::string file = folder.file("map.sqlite");
+  const auto run = [&](bool resume, std::size_t& first_done) {
+    MultiwayOptions options;
+    options.threads = 2;
+    MultiwayRegistration registration(options);
+    registration.openProject(file, resume);
+    addAll(registration);
+    bool is_first = true;
+    return registration.run([&](const std::string& stage, std::size_t done, std::size_t) {
+      if (stage == "link" && is_first) {
+        is_first = false;
+        first_done = done;
+      }
+    });
+  };
+  std::size_t done = 99;
+  const MultiwayMap first = run(false, done);
+  EXPECT_EQ(done, 0U);
+  const MultiwayMap again = run(true, done);
+  EXPECT_EQ(done, first.links.size());
+  expectSameBits(first, again);
+  run(false, done);
+  EXPECT_EQ(done, 0U);
+}
+
+TEST_F(Room, badScansAreRowsWithReasons)
+{
+  MultiwayOptions options;
+  options.threads = 2;
+  MultiwayRegistration registration(options);
+  addAll(registration);
+  registration.addScan("empty", ScanView());
+  registration.addScan("twice", view(1));
+  registration.addScans({"broken"}, [](std::size_t) -> ScanSource { throw std::runtime_error("cannot be read"); });
+  const MultiwayMap map = registration.run();
+  EXPECT_EQ(map.components, 3);
+  EXPECT_THAT(map.scans[5].reason, HasSubstr("0 finite points"));
+  EXPECT_THAT(map.scans[6].reason, HasSubstr("same points as s1"));
+  EXPECT_EQ(map.scans[6].component, 0);
+  EXPECT_TRUE(map.scans[6].T_map_scan.matrix() == map.scans[1].T_map_scan.matrix());
+  EXPECT_EQ(map.scans[7].reason, "cannot be read");
+  EXPECT_EQ(map.placed, 6U);
+}
+
+TEST_F(Room, aPersonsWordAndPriorsCount)
+{
+  MultiwayOptions options;
+  options.threads = 2;
+  MultiwayRegistration registration(options);
+  addAll(registration);
+  for (const int other : {0, 1, 3, 4})
+    registration.reject(2, other);
+  registration.pin(3);
+  const MultiwayMap map = registration.run();
+  EXPECT_EQ(map.components, 2);
+  EXPECT_EQ(map.scans[2].component, 1);
+  EXPECT_TRUE(map.scans[3].T_map_scan.matrix().isIdentity(1e-12));
+  PosePrior prior;
+  prior.T_map_scan = truth_[3];
+  registration.setPosePrior(3, prior);
+  EXPECT_TRUE(registration.run().scans[3].T_map_scan.isApprox(truth_[3], 1e-9));
+}
+
+TEST_F(Room, onePointCloudOfPclIsAScan)
+{
+  pcl::PointCloud<pcl::PointXYZ> cloud;
+  for (Eigen::Index k = 0; k < scans_[0].cols(); ++k)
+    cloud.push_back(pcl::PointXYZ(scans_[0](0, k), scans_[0](1, k), scans_[0](2, k)));
+  MultiwayRegistration registration;
+  EXPECT_EQ(registration.addPointCloud("a", cloud), 0);
+  EXPECT_EQ(registration.find("a"), 0);
+  EXPECT_EQ(registration.find("b"), -1);
+  EXPECT_TRUE(registration.preparedScan(0).isComplete());
+}
+
+TEST(Multiway, whatCannotBeDoneIsSaid)
+{
+  MultiwayRegistration registration;
+  registration.addScan("a", ScanView());
+  const auto problem = [](const auto& call) -> std::string {
+    try {
+      call();
+    }
+    catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_THAT(problem([&] { registration.run(); }), HasSubstr("two scans or more, 0 of 1"));
+  EXPECT_THAT(problem([&] { registration.addScan("a", ScanView()); }), HasSubstr("named a"));
+  EXPECT_THAT(problem([&] { registration.accept(0, 7); }), HasSubstr("scan 7"));
+  MultiwayOptions options;
+  options.choice.lone = 2;
+  EXPECT_THAT(problem([&] { MultiwayRegistration bad(options); }), HasSubstr("choice.lone = 2"));
+  options = MultiwayOptions();
+  options.gravity = Eigen::Vector3d::Zero();
+  EXPECT_THAT(problem([&] { MultiwayRegistration bad(options); }), HasSubstr("gravity"));
+}
+
+TEST(ProjectFile, whatIsNoProjectIsLeftAlone)
+{
+  const TemporaryFolder folder;
+  const std::string file = folder.file("other.sqlite");
+  std::ofstream(file) << "this is no database at all, but long enough to look like one: " << std::string(200, 'x');
+  EXPECT_THROW(ProjectFile(file, true), std::runtime_error);
+  EXPECT_THROW(ProjectFile(folder.file("no/such/folder.sqlite"), true), std::runtime_error);
+}
+
+TEST(ProjectFile, linksComeOutAsTheyWentInAndOnlyOfTheSameSettings)
+{
+  const TemporaryFolder folder;
+  const std::string file = folder.file("map.sqlite");
+  PairLink link;
+  link.status = Status::Ambiguous;
+  link.message = "it's \"so\"; 3 % of it\n";
+  link.confidence = 1.0 / 3;
+  link.probability_of_none = std::nextafter(0.25, 1);
+  PairHypothesis hypothesis;
+  hypothesis.T_target_source =
+      Eigen::Translation3d(1.0 / 3, -1e-17, 4e5) * Eigen::AngleAxisd(0.1, Eigen::Vector3d(1, 2, 3).normalized());
+  hypothesis.information.setRandom();
+  hypothesis.probability = 0.1;
+  link.hypotheses = {hypothesis, hypothesis};
+  const std::uint64_t source = 0xffffffffffffffffu, target = 7;
+  {
+    ProjectFile project(file, false);
+    project.writeLink(link, source, target, "settings a");
+    project.writeLink(link, target, source, "settings b");
+  }
+  ProjectFile project(file, true);
+  const auto links = project.readLinks("settings a");
+  ASSERT_EQ(links.size(), 1U);
+  const PairLink& read = links.at({source, target});
+  EXPECT_EQ(read.status, link.status);
+  EXPECT_EQ(read.message, link.message);
+  EXPECT_EQ(read.confidence, link.confidence);
+  EXPECT_EQ(read.probability_of_none, link.probability_of_none);
+  ASSERT_EQ(read.hypotheses.size(), 2U);
+  EXPECT_TRUE(read.hypotheses[1].T_target_source.matrix() == hypothesis.T_target_source.matrix());
+  EXPECT_TRUE(read.hypotheses[1].information == hypothesis.information);
+  // A link that is written again replaces what it had.
+  link.hypotheses.pop_back();
+  project.writeLink(link, source, target, "settings a");
+  project.flush();
+  EXPECT_EQ(project.readLinks("settings a").at({source, target}).hypotheses.size(), 1U);
+  EXPECT_TRUE(project.readLinks("settings c").empty());
+}
+
+} // namespace
+} // namespace pcl_ssfr
