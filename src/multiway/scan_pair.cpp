@@ -4,7 +4,6 @@
 #include "multiway/scan_pair.h"
 
 #include "judgement/visibility_score.h"
-#include "profiles/patch_constants.h"
 #include "profiles/patch_pair.h"
 #include "profiles/pose_refinement.h"
 #include "profiles/prepared_data.h"
@@ -64,8 +63,8 @@ stepOptions(const PatchPair& pair)
 {
   RefinementOptions options;
   options.match = pair.fineTolerances().match;
-  options.match.distance = static_cast<float>(pair.config().refinement.polish_final);
-  options.final_distance = pair.config().refinement.polish_final;
+  options.match.distance = static_cast<float>(pair.config().judgement.evidence.match);
+  options.final_distance = pair.config().judgement.evidence.match;
   options.steps = 1;
   return options;
 }
@@ -103,9 +102,10 @@ problemOf(const PreparedScan& scan)
   if (scan.empty())
     return "it was not prepared";
   const PatchScan& patches = patchesOf(scan);
-  if (patches.extent.finite_points < kMinPoints)
+  const auto least = static_cast<std::size_t>(scan.data().options.patch_profile.preparation.min_points);
+  if (patches.extent.finite_points < least)
     return "it has " + std::to_string(patches.extent.finite_points) + " finite points, fewer than " +
-           std::to_string(kMinPoints);
+           std::to_string(least);
   if (patches.patches.size() == 0)
     return "no surface was found in it";
   return "";
