@@ -150,7 +150,8 @@ TEST_F(HypothesesOfARoom, ThePromisingOnesThenTheRestThenLittleOverlapThenPlansT
   EXPECT_EQ(plans->distinct, static_cast<std::size_t>(config.little_overlap.distinct));
   EXPECT_EQ(trace.passes.size(), 2U);
   ASSERT_FALSE(plans->poses.empty());
-  EXPECT_EQ(plans->poses.size(), std::min(trace.plan_hypotheses.size(), static_cast<std::size_t>(config.much_overlap.refined)));
+  EXPECT_EQ(plans->poses.size(),
+            std::min(trace.plan_hypotheses.size(), static_cast<std::size_t>(config.much_overlap.refined)));
   for (std::size_t i = 0; i < trace.plan_hypotheses.size(); ++i) {
     const TracedHypothesis& h = trace.plan_hypotheses[i];
     EXPECT_EQ(h.refined, i < plans->poses.size());

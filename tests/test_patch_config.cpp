@@ -39,7 +39,8 @@ const std::map<std::string, std::string> kFlat = {
     {"preparation.viewpoint.levels[1].places", "so many that the best is among them anyway"},
     {"search.little_overlap.promising", "0: one batch"},
     {"refinement.explored_deviation", "poses are known well or not at all"},
-    {"judgement.uncertainty.min_translation", "directions are determined well or not at all; see test_pose_uncertainty"},
+    {"judgement.uncertainty.min_translation",
+     "directions are determined well or not at all; see test_pose_uncertainty"},
     {"judgement.uncertainty.max_rotation", "the same"},
     {"judgement.posterior_blind.clear", "0: without free space nothing contradicts"},
     {"judgement.fair_overlap", "pairs share much or hardly anything; see test_decision"},
@@ -233,7 +234,8 @@ makePairs()
     testing::Random random(8);
     Eigen::Matrix3Xf box(3, 40000);
     for (Eigen::Index i = 0; i < box.cols(); ++i) {
-      Eigen::Vector3d p((random.uniform(-0.5, 0.5)) * length, 3 * (random.uniform(-0.5, 0.5)), 2.5 * (random.uniform(-0.5, 0.5)));
+      Eigen::Vector3d p(
+          (random.uniform(-0.5, 0.5)) * length, 3 * (random.uniform(-0.5, 0.5)), 2.5 * (random.uniform(-0.5, 0.5)));
       if (const Eigen::Index side = i % (length > 10 ? 4 : 6); side < 2)
         p.y() = side == 0 ? -1.5 : 1.5;
       else if (side < 4)
@@ -249,9 +251,10 @@ makePairs()
   Eigen::Matrix3Xf hall(3, 40000);
   for (Eigen::Index i = 0; i < hall.cols(); ++i) {
     const double angle = 2 * M_PI * random.uniform(0, 1);
-    hall.col(i) = (i % 3 == 0 ? Eigen::Vector3d(6 * random.uniform(0, 1) - 3, 6 * random.uniform(0, 1) - 3, -1.5)
-                              : Eigen::Vector3d(8 * std::cos(angle), 8 * std::sin(angle), 4 * random.uniform(0, 1) - 1.5))
-                      .cast<float>();
+    hall.col(i) =
+        (i % 3 == 0 ? Eigen::Vector3d(6 * random.uniform(0, 1) - 3, 6 * random.uniform(0, 1) - 3, -1.5)
+                    : Eigen::Vector3d(8 * std::cos(angle), 8 * std::sin(angle), 4 * random.uniform(0, 1) - 1.5))
+            .cast<float>();
   }
   cases.push_back({moved(hall.leftCols(20000), T), hall.rightCols(20000)});
   // As many points as are needed, almost.
@@ -312,9 +315,8 @@ TEST(PatchConfig, NumbersAreSetByName)
   EXPECT_EQ(std::set<std::string>(names.begin(), names.end()).size(), names.size());
   for (const std::string& name : names) {
     PatchProfileConfig usual;
-    const double value = numbersOf(usual)[static_cast<std::size_t>(
-                                              std::find(names.begin(), names.end(), name) - names.begin())]
-                             .value();
+    const double value =
+        numbersOf(usual)[static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin())].value();
     EXPECT_NO_THROW(setNumber(config, name, value)) << name;
   }
 }

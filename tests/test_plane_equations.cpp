@@ -16,7 +16,6 @@ namespace {
 using Matrix6 = PlaneEquations::Matrix6;
 using Vector6 = PlaneEquations::Vector6;
 
-
 Eigen::Vector3d
 randomVector(testing::Random& random, double size)
 {

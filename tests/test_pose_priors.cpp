@@ -84,13 +84,15 @@ TEST(PosePriors, TiltWithinToleranceAndMargin)
     const auto tilted = [&](double angle) {
       return Eigen::Matrix3d(rotationAbout(up_target.unitOrthogonal(), angle) * R_upright);
     };
-    const PosePriors exact(withVertical(0.02, up_source, up_target), std::nullopt, kPlace, kRadius, PatchProfileConfig());
+    const PosePriors exact(
+        withVertical(0.02, up_source, up_target), std::nullopt, kPlace, kRadius, PatchProfileConfig());
     EXPECT_TRUE(exact.allow(tilted(0.029), Exactness::Refined));
     EXPECT_FALSE(exact.allow(tilted(0.031), Exactness::Refined)); // 0.01 beyond the tolerance
     EXPECT_TRUE(exact.allow(tilted(0.119), Exactness::Proposed));
     EXPECT_FALSE(exact.allow(tilted(0.121), Exactness::Proposed)); // what main normals are good to
     EXPECT_TRUE(exact.keepVertical(tilted(0.029), Exactness::Refined));
-    const PosePriors rough(withVertical(0.3, up_source, up_target), std::nullopt, kPlace, kRadius, PatchProfileConfig());
+    const PosePriors rough(
+        withVertical(0.3, up_source, up_target), std::nullopt, kPlace, kRadius, PatchProfileConfig());
     EXPECT_TRUE(rough.allow(tilted(0.299), Exactness::Proposed));
     EXPECT_FALSE(rough.allow(tilted(0.301), Exactness::Proposed));
   }
@@ -101,7 +103,8 @@ TEST(PosePriors, NearTheGuessInRotationAndInTranslationOfThePlace)
   testing::Random random(3);
   for (const double scale : {1.0, 10.0}) {
     const Eigen::Isometry3d guess = testing::randomMotion(random, 20);
-    const PosePriors priors(withTolerance(0.1, 2), guess, kPlace, kRadius, scaledForPair(PatchProfileConfig(), scale, 1));
+    const PosePriors priors(
+        withTolerance(0.1, 2), guess, kPlace, kRadius, scaledForPair(PatchProfileConfig(), scale, 1));
     ASSERT_TRUE(priors.guess());
     EXPECT_TRUE(priors.guess()->isApprox(guess));
     const auto beside = [&](double angle, double distance) {
@@ -179,7 +182,8 @@ TEST(PosePriors, InformationOnRotationsFollowsFromTheTolerances)
   const PosePriors known(both, Eigen::Isometry3d::Identity(), kPlace, kRadius, PatchProfileConfig());
   EXPECT_TRUE(known.rotationInformation().isApprox(tilt + 25 * Eigen::Matrix3d::Identity(), 1e-12));
 
-  const PosePriors exact(withVertical(0, Eigen::Vector3d::UnitZ(), up), std::nullopt, kPlace, kRadius, PatchProfileConfig());
+  const PosePriors exact(
+      withVertical(0, Eigen::Vector3d::UnitZ(), up), std::nullopt, kPlace, kRadius, PatchProfileConfig());
   EXPECT_TRUE(exact.rotationInformation().allFinite());
   EXPECT_GT(exact.vertical()->deviation, 0);
 }
@@ -196,7 +200,8 @@ TEST(LogPrior, AVerticalIsGaussianInTheTilt)
 {
   // The tolerance is three standard deviations. The length of the given vectors is no matter.
   const Eigen::Vector3d up_source(0, 0.6, 0.8), up_target(0.8, 0, 0.6);
-  const PosePriors priors(withVertical(0.3, 2 * up_source, 3 * up_target), std::nullopt, kPlace, kRadius, PatchProfileConfig());
+  const PosePriors priors(
+      withVertical(0.3, 2 * up_source, 3 * up_target), std::nullopt, kPlace, kRadius, PatchProfileConfig());
   const Eigen::Matrix3d R_upright = Eigen::Quaterniond::FromTwoVectors(up_source, up_target).toRotationMatrix();
   testing::Random random(7);
   // One standard deviation of what is given is 0.1; a refined pose errs by 0.01 besides.

@@ -252,7 +252,8 @@ ViewModel::patchAxes(const Eigen::Matrix3d& R) const
   const ViewedPass& search = passes_[passesMade() - 1];
   const OrientedSamples& source = source_.patches.samples;
   const OrientedSamples& target = target_.patches.samples;
-  const Eigen::Matrix3d axes = chooseSearchAxes(source, target, search.target_normals, R, search.options.config.parallel_cos);
+  const Eigen::Matrix3d axes =
+      chooseSearchAxes(source, target, search.target_normals, R, search.options.config.parallel_cos);
   const std::array<int, 3> counts{{search.options.pass.peaks_first, search.options.pass.peaks_second, 0}};
   std::array<AxisView, 3> views;
   for (std::size_t k = 0; k < 3; ++k) {

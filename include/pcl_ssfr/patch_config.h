@@ -71,13 +71,13 @@ struct PreparationConfig {
 
   // What the pair is searched, refined and judged by.
   double direction_radius = 0.35; ///< [rad] surface whose normal is within this of a main normal belongs to it
-  int votes = 160;               ///< places that vote in the search for translations
-  double index_voxel = 0.5;      ///< edge of a voxel of the index of patches [m]
-  double range_cell = 0.01745;   ///< width of a direction of the range image [rad], (0, pi/2]
-  int coarse_patches = 600;      ///< that stand for all in the coarse refinement
-  int polish_points = 2;         ///< of each ...
-  int polish_group = 25;         ///< ... thinned points of a patch for the polish; larger groups ...
-  int max_polish_points = 20000; ///< ... where they would be more in all than this
+  int votes = 160;                ///< places that vote in the search for translations
+  double index_voxel = 0.5;       ///< edge of a voxel of the index of patches [m]
+  double range_cell = 0.01745;    ///< width of a direction of the range image [rad], (0, pi/2]
+  int coarse_patches = 600;       ///< that stand for all in the coarse refinement
+  int polish_points = 2;          ///< of each ...
+  int polish_group = 25;          ///< ... thinned points of a patch for the polish; larger groups ...
+  int max_polish_points = 20000;  ///< ... where they would be more in all than this
 
   ViewpointSearchConfig viewpoint; ///< where the place of the sensor is not known
 };
@@ -102,8 +102,8 @@ struct PlanSearchConfig {
 
 /// The search for poses (METHOD, "Search").
 struct SearchConfig {
-  double direction_error = 0.12; ///< [rad] a main normal is this exact at worst: inner angles of matched pairs agree within
-                                ///< it, and rotations that are closer are merged
+  double direction_error = 0.12; ///< [rad] a main normal is this exact at worst: inner angles of matched pairs agree
+                                 ///< within it, and rotations that are closer are merged
   int rotations = 24;            ///< best supported rotations that are searched: as many as a Manhattan room has
   int sweep_axes = 2;   ///< main normals about which rotations are swept where others do not determine them: three
                         ///< solve no more real pairs and no more simulated ones
@@ -111,10 +111,10 @@ struct SearchConfig {
   /// A scene is round about an axis when, of the surface that faces across it, at most this share does in the fullest
   /// third of all directions: then the main normals across the axis are arbitrary.
   double round_share = 0.6;
-  double bin_width = 0.1; ///< [m] of the histograms along an axis
-  double parallel_cos = 0.97; ///< surface counts along an axis when its normal is that parallel: within 14 degrees
+  double bin_width = 0.1;       ///< [m] of the histograms along an axis
+  double parallel_cos = 0.97;   ///< surface counts along an axis when its normal is that parallel: within 14 degrees
   double screening_share = 0.5; ///< of the best count of votes so far, that a fourth of them must promise to be counted
-  double least_votes = 0.1;    ///< share of the votes that a pose of scans that share little must have
+  double least_votes = 0.1;     ///< share of the votes that a pose of scans that share little must have
   double contradiction_weight = 2; ///< of a vote against a pose of scans that share much, rough as it is yet
   int peak_neighbours = 2; ///< where little overlaps: shifts tried on each side of the highest peak, two steps apart
   /// Of 271 real pairs all solved ones had a pose near the truth with 0.65 of the most votes, of 375 simulated ones 373
@@ -127,17 +127,17 @@ struct SearchConfig {
 
 /// Refinement and polish of poses, and which of them are the same (METHOD, "Refinement").
 struct RefinementConfig {
-  double coarse_reach = 0.5;         ///< [m] plane distance of a match at the start of the coarse refinement; half of it
-                                     ///< is the step of the exhaustive search for translations
-  double coarse_final = 0.15;        ///< [m] and at its end
-  int coarse_steps = 6;              ///< of the coarse refinement
-  double fine_final = 0.05;          ///< [m]
-  int fine_steps = 15;               ///< of the fine refinement, at most; smaller steps than the noise floor end it
-  double polish_reach = 0.3;         ///< [m] of the polish, which ends at EvidenceConfig::match
-  double kept_score = 0.9;           ///< share of the score that a refinement, which makes a pose more exact, may cost
-  double distinct_distance = 0.3;    ///< [m] poses nearer than this at the source's sensor ...
-  double distinct_angle = 0.05;      ///< [rad] ... and than this are one
-  int polished = 4;                  ///< leaders that are polished, at most
+  double coarse_reach = 0.5;      ///< [m] plane distance of a match at the start of the coarse refinement; half of it
+                                  ///< is the step of the exhaustive search for translations
+  double coarse_final = 0.15;     ///< [m] and at its end
+  int coarse_steps = 6;           ///< of the coarse refinement
+  double fine_final = 0.05;       ///< [m]
+  int fine_steps = 15;            ///< of the fine refinement, at most; smaller steps than the noise floor end it
+  double polish_reach = 0.3;      ///< [m] of the polish, which ends at EvidenceConfig::match
+  double kept_score = 0.9;        ///< share of the score that a refinement, which makes a pose more exact, may cost
+  double distinct_distance = 0.3; ///< [m] poses nearer than this at the source's sensor ...
+  double distinct_angle = 0.05;   ///< [rad] ... and than this are one
+  int polished = 4;               ///< leaders that are polished, at most
   double explored_deviation = 0.005; ///< [m] standard deviation of the matched surface along a motion from which on the
                                      ///< neighbourhood along it is searched for another optimum
 };
@@ -205,11 +205,11 @@ struct JudgementConfig {
   PosteriorConfig posterior = {1.34, 5.73, 1.49, 1.58, 0.5, 9.0};
   /// The same where a viewpoint is not known: nothing can contradict.
   PosteriorConfig posterior_blind = {0.40, 0, 1.08, 0.99, 0.38, 1.93};
-  double rival = 0.02;            ///< odds beside the best pose from which on another one is refined and polished too
-  double decided = 0.9;           ///< probability that the truth is among the poses from which on none is looked for
-  double unsettled = 0.5;         ///< confidence, at most, of the best pose of a search that was cut short, and of one
-                                  ///< with a direction that the scene does not determine
-  double fair_overlap = 0.15;     ///< of the surface: with less a message doubts that the scans show one place
+  double rival = 0.02;        ///< odds beside the best pose from which on another one is refined and polished too
+  double decided = 0.9;       ///< probability that the truth is among the poses from which on none is looked for
+  double unsettled = 0.5;     ///< confidence, at most, of the best pose of a search that was cut short, and of one
+                              ///< with a direction that the scene does not determine
+  double fair_overlap = 0.15; ///< of the surface: with less a message doubts that the scans show one place
   double telling_contradiction = 0.1; ///< share of the visible surface from which on it is named as the reason
 };
 

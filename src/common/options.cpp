@@ -310,10 +310,9 @@ makePaper2019Options()
 bool
 haveSamePreparation(const Options& a, const Options& b)
 {
-  return isEqual(a, b) &&
-         (a.profile == Profile::Paper2017
-              ? isSamePreparation(a.paper, b.paper)
-              : isEqual(a.patches, b.patches) && isSamePreparation(a.patch_profile, b.patch_profile));
+  return isEqual(a, b) && (a.profile == Profile::Paper2017
+                               ? isSamePreparation(a.paper, b.paper)
+                               : isEqual(a.patches, b.patches) && isSamePreparation(a.patch_profile, b.patch_profile));
 }
 
 void

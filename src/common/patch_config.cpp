@@ -39,13 +39,20 @@ violatedBound(const ConfigNumber& number)
   const double v = number.value();
   const bool finite = std::isfinite(v);
   switch (number.bound) {
-  case NumberBound::Finite: return finite ? "" : "be finite";
-  case NumberBound::NotNegative: return v >= 0 && finite ? "" : "not be negative";
-  case NumberBound::Positive: return v > 0 && finite ? "" : "be positive and finite";
-  case NumberBound::AtLeastOne: return v >= 1 && finite ? "" : "be at least 1";
-  case NumberBound::Share: return v >= 0 && v <= 1 ? "" : "be in [0, 1]";
-  case NumberBound::Chord: return v > 0 && v <= 1 ? "" : "be a chord in (0, 1]";
-  case NumberBound::RightAngle: return v > 0 && v <= 90 * kDegree ? "" : "be in (0, pi/2]";
+  case NumberBound::Finite:
+    return finite ? "" : "be finite";
+  case NumberBound::NotNegative:
+    return v >= 0 && finite ? "" : "not be negative";
+  case NumberBound::Positive:
+    return v > 0 && finite ? "" : "be positive and finite";
+  case NumberBound::AtLeastOne:
+    return v >= 1 && finite ? "" : "be at least 1";
+  case NumberBound::Share:
+    return v >= 0 && v <= 1 ? "" : "be in [0, 1]";
+  case NumberBound::Chord:
+    return v > 0 && v <= 1 ? "" : "be a chord in (0, 1]";
+  case NumberBound::RightAngle:
+    return v > 0 && v <= 90 * kDegree ? "" : "be in (0, pi/2]";
   }
   return "";
 }
@@ -60,7 +67,7 @@ numbersOf(PatchProfileConfig& config)
 // The name of a number is where it is.
 #define NUMBER(path, ...)                                                                                              \
   {                                                                                                                    \
-    #path, config.path, __VA_ARGS__                                                                                    \
+#path, config.path, __VA_ARGS__                                                                                    \
   }
 #define LEVEL(k)                                                                                                       \
   NUMBER(preparation.viewpoint.levels[k].places, Bound::AtLeastOne),                                                   \

@@ -26,8 +26,8 @@ withVertical(std::vector<MainNormal> main_normals, const Eigen::Vector3d& up, co
 bool
 isRoundAbout(const OrientedSamples& samples, const Eigen::Vector3d& axis, const SearchConfig& config = {});
 
-/// Directions about which the rotation is to be swept, the best main normals, SearchConfig::sweep_axes at most: such that surface faces all
-/// ways around, or \p all_of_them, where main normals give one direction only.
+/// Directions about which the rotation is to be swept, the best main normals, SearchConfig::sweep_axes at most: such
+/// that surface faces all ways around, or \p all_of_them, where main normals give one direction only.
 std::vector<Eigen::Vector3d>
 sweepAxes(const std::vector<MainNormal>& main_normals,
           const OrientedSamples& samples,

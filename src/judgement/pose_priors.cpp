@@ -60,8 +60,9 @@ bool
 PosePriors::allow(const Eigen::Matrix3d& R_target_source, Exactness exactness) const
 {
   return keepVertical(R_target_source, exactness) &&
-         (!guess_ || angleBetween(guess_->linear(), R_target_source) <=
-                         tolerance_.rotation + (exactness == Exactness::Proposed ? direction_error_ : config_.pose_error));
+         (!guess_ ||
+          angleBetween(guess_->linear(), R_target_source) <=
+              tolerance_.rotation + (exactness == Exactness::Proposed ? direction_error_ : config_.pose_error));
 }
 
 bool
@@ -131,8 +132,8 @@ PosePriors::rotationInformation() const
     known += information(tolerance_.rotation) * Eigen::Matrix3d::Identity();
   if (gravity_) {
     const Eigen::Vector3d up = gravity_->up_target.normalized();
-    known +=
-        information(gravity_->tolerance / config_.tolerance_deviations) * (Eigen::Matrix3d::Identity() - up * up.transpose());
+    known += information(gravity_->tolerance / config_.tolerance_deviations) *
+             (Eigen::Matrix3d::Identity() - up * up.transpose());
   }
   return known;
 }

@@ -192,10 +192,12 @@ preparePatchScan(const ScanView& scan, const Options& options, const Deadline& d
   if (endsIn("main normals", count(prepared.patches.size()), prepared.main_normals.size()))
     return prepared;
 
-  prepared.votes = drawVotingSamples(prepared.patches.samples, prepared.main_normals, config.votes, config.direction_radius);
+  prepared.votes =
+      drawVotingSamples(prepared.patches.samples, prepared.main_normals, config.votes, config.direction_radius);
   prepared.coarse = selectPatches(
-      prepared.patches, drawRepresentatives(
-                            prepared.patches.samples, prepared.main_normals, config.coarse_patches, config.direction_radius));
+      prepared.patches,
+      drawRepresentatives(
+          prepared.patches.samples, prepared.main_normals, config.coarse_patches, config.direction_radius));
   prepared.coarse.samples.weights.setOnes(); // each stands for others, small and large ones
   prepared.surface =
       drawSurfacePoints(cloud, prepared.patches, config.polish_points, config.polish_group, config.max_polish_points);

@@ -16,7 +16,6 @@ namespace pcl_ssfr {
 
 namespace {
 
-
 CellMoments&
 operator+=(CellMoments& moments, const CellMoments& other)
 {

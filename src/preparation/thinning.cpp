@@ -21,7 +21,7 @@ namespace {
 constexpr int kCodeBitsPerAxis = 21;
 constexpr double kHalfRange = 1 << (kCodeBitsPerAxis - 1); // voxels on each side of the origin
 constexpr std::size_t kExtentSamples = 20000;              // points looked at for the percentile
-constexpr std::size_t kPointsPerThread = 65536; // for fewer it does not pay to start one more
+constexpr std::size_t kPointsPerThread = 65536;            // for fewer it does not pay to start one more
 
 // Voxels are sorted cell by cell: what happens within a cell stays in the cache.
 constexpr int kCellBits = 4; // of the edge of a cell, in voxels

@@ -98,9 +98,8 @@ HypothesisSource::searchPlans() const
   const auto& gravity = pair_.options().gravity;
   if (gravity || priors.guess())
     options.is_allowed = [&](const Eigen::Isometry3d& T) { return priors.allow(T, Exactness::Proposed); };
-  const std::vector<AxisPair> axes =
-      gravity ? std::vector<AxisPair>{{gravity->up_source, gravity->up_target}}
-              : pairAxes(source_normals_, target_normals_, config);
+  const std::vector<AxisPair> axes = gravity ? std::vector<AxisPair>{{gravity->up_source, gravity->up_target}}
+                                             : pairAxes(source_normals_, target_normals_, config);
   std::vector<PoseHypothesis> found;
   for (const AxisPair& pair : axes) {
     const std::vector<PoseHypothesis> some = pcl_ssfr::searchPlans(pair_.source().patches.samples,
@@ -147,9 +146,10 @@ HypothesisSource::proposeRotations() const
   const std::size_t all = rotations.size();
   rotations.resize(std::min(all, static_cast<std::size_t>(config.rotations)));
   const bool few = !few_directions_.empty();
-  for (const RotationCandidate& r : sweepRotations(sweepAxes(source_normals_, pair_.source().patches.samples, few, config),
-                                                   sweepAxes(target_normals_, pair_.target().patches.samples, few, config),
-                                                   config.sweep_steps))
+  for (const RotationCandidate& r :
+       sweepRotations(sweepAxes(source_normals_, pair_.source().patches.samples, few, config),
+                      sweepAxes(target_normals_, pair_.target().patches.samples, few, config),
+                      config.sweep_steps))
     if (!is_excluded(r))
       rotations.push_back(r);
   if (priors.guess()) {

@@ -49,8 +49,7 @@ PatchPair::PatchPair(const PatchScan& source,
                      const Eigen::Isometry3d* guess,
                      const Deadline& deadline)
     : source_(source), target_(target), options_(options), deadline_(deadline),
-      scale_(std::max(source.scale, target.scale)),
-      config_(configFor(source, target, options, scale_)),
+      scale_(std::max(source.scale, target.scale)), config_(configFor(source, target, options, scale_)),
       either_side_(!(source.patches.samples.oriented && target.patches.samples.oriented &&
                      source.viewpoint_used == target.viewpoint_used)),
       threads_(static_cast<int>(threadCount(options))),
@@ -106,7 +105,8 @@ Eigen::Isometry3d
 PatchPair::refinedFine(const Eigen::Isometry3d& T_target_source) const
 {
   const RefinementConfig& c = config_.refinement;
-  RefinementOptions options = refinement(config_.judgement.evidence.loose_match, c.fine_final, config_.judgement.evidence.normals, c.fine_steps);
+  RefinementOptions options = refinement(
+      config_.judgement.evidence.loose_match, c.fine_final, config_.judgement.evidence.normals, c.fine_steps);
   options.min_step = config_.judgement.uncertainty.noise_floor;
   return refinePatches(source_.patches, target_.index, T_target_source, options).T_target_source;
 }
@@ -206,7 +206,8 @@ PatchPair::score(ScoredPose& pose, const VisibilityOptions& options) const
   both.patches *= 1 / std::sqrt(scale_);
   both.facing *= 1 / std::sqrt(scale_);
   rate(pose, both, config_.judgement.evidence.contradiction_weight);
-  pose.log_prior = priors_.logPrior(T) + (laysSensorOnSensor(T) ? std::log(config_.judgement.prior.sensor_on_sensor) : 0.0);
+  pose.log_prior =
+      priors_.logPrior(T) + (laysSensorOnSensor(T) ? std::log(config_.judgement.prior.sensor_on_sensor) : 0.0);
 }
 
 RefinementOptions

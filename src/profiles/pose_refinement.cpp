@@ -88,12 +88,11 @@ neighboursOf(const PatchPair& pair, const ScoredPose& best)
   const std::vector<PrincipalMotion> motions = motionsToExplore(uncertainty, config.explored_deviation);
   std::vector<ScoredPose> neighbours;
   for (const PrincipalMotion& motion : motions)
-    for (const double distance : {config.distinct_distance, 2 * config.distinct_distance})
+    for (const double distance : {config.distinct_distance / 2, config.distinct_distance})
       for (const int sign : {-1, 1}) {
         ScoredPose neighbour = best;
         neighbour.polish.reset();
-        neighbour.T_target_source = Eigen::Translation3d(uncertainty.centre) *
-                                    expSe3(sign * distance * motion.motion) *
+        neighbour.T_target_source = Eigen::Translation3d(uncertainty.centre) * expSe3(sign * distance * motion.motion) *
                                     Eigen::Translation3d(-uncertainty.centre) * best.T_target_source;
         neighbours.push_back(neighbour);
       }

@@ -86,7 +86,8 @@ struct MatchSpread {
   }
 };
 
-/** \brief Weigh the matches by Geman-McClure's function at \p scale [m] and add them to the equations. The weights of \p matches become the robust ones.
+/** \brief Weigh the matches by Geman-McClure's function at \p scale [m] and add them to the equations. The weights of
+ * \p matches become the robust ones.
  */
 void
 addMatches(PlaneMatches& matches, double scale, PlaneEquations& equations);

@@ -113,10 +113,7 @@ refine(const Eigen::Isometry3d& T_start,
   for (int step = 0; step < options.steps; ++step) {
     const double f = std::min(1.0, static_cast<double>(step) / shrinking);
     tolerance.distance = static_cast<float>(first * std::pow(last / first, f));
-    const Step state = {result.T_target_source,
-                        centre,
-                        tolerance,
-                        0.5 * static_cast<double>(tolerance.distance)};
+    const Step state = {result.T_target_source, centre, tolerance, 0.5 * static_cast<double>(tolerance.distance)};
     PlaneEquations equations;
     accumulate(state, equations);
     result.steps = step + 1;

@@ -28,10 +28,10 @@ struct KnownVertical {
 
 /// Options of the robust plane-to-plane refinement (METHOD point 7).
 struct RefinementOptions {
-  PatchIndex::Tolerance match;           ///< of the first step; distances shrink from step to step
-  double final_distance = 0.05;          ///< plane distance allowed in the last step [m], > 0
-  int steps = 8;                         ///< >= 1
-  double least_rms = UncertaintyConfig{}.noise_floor;    ///< what matches are good to, at best [m], > 0
+  PatchIndex::Tolerance match;                        ///< of the first step; distances shrink from step to step
+  double final_distance = 0.05;                       ///< plane distance allowed in the last step [m], > 0
+  int steps = 8;                                      ///< >= 1
+  double least_rms = UncertaintyConfig{}.noise_floor; ///< what matches are good to, at best [m], > 0
   double unseen_curvature = UncertaintyConfig{}.unseen_curvature; ///< share of matches that do not face their sensor
   double min_step = 1e-5;                ///< stop when a step at the final distance is smaller ([m] and [rad])
   int threads = 1;                       ///< of refineMutual(), >= 1; the bits do not depend on it

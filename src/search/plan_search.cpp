@@ -83,9 +83,7 @@ findMatches(const Plans& plans, const PlanSearchOptions& options)
 } // namespace
 
 std::vector<AxisPair>
-pairAxes(const std::vector<MainNormal>& source,
-         const std::vector<MainNormal>& target,
-         const SearchConfig& config)
+pairAxes(const std::vector<MainNormal>& source, const std::vector<MainNormal>& target, const SearchConfig& config)
 {
   const std::vector<MainNormal> best_source = bestSupported(source, config.sweep_axes);
   const std::vector<MainNormal> best_target = bestSupported(target, config.sweep_axes);
@@ -127,9 +125,8 @@ searchPlans(const OrientedSamples& source,
   const int lines = static_cast<int>(std::ceil(options.config.cell / (2 * step)));
   const Eigen::Vector3d along = plans.target.frame.col(0);
   const Eigen::Vector3d across = plans.target.frame.col(1);
-  const CountingOptions counting = {options.voting.contradiction_weight,
-                                    options.voting.config.screening_share,
-                                    options.voting.config.least_votes};
+  const CountingOptions counting = {
+      options.voting.contradiction_weight, options.voting.config.screening_share, options.voting.config.least_votes};
   std::vector<PoseHypothesis> found(matches.size());
   forEachInParallel(static_cast<std::int64_t>(matches.size()), 1, options.threads, [&](std::int64_t i) {
     PoseHypothesis& best = found[static_cast<std::size_t>(i)];

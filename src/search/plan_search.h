@@ -25,16 +25,14 @@ struct AxisPair {
  * \param[in] config sweep_axes: of each scan; direction_error: two directions within it are one
  */
 std::vector<AxisPair>
-pairAxes(const std::vector<MainNormal>& source,
-         const std::vector<MainNormal>& target,
-         const SearchConfig& config);
+pairAxes(const std::vector<MainNormal>& source, const std::vector<MainNormal>& target, const SearchConfig& config);
 
 /// Options of searchPlans().
 struct PlanSearchOptions {
-  PlanSearchConfig config;  ///< lengths scaled to the pair
-  int turns = SearchConfig{}.sweep_steps;              ///< rotations about an axis, >= 1
-  int matches = SearchConfig{}.much_overlap.refined;   ///< that are voted on, >= 1
-  double reach = 50;        ///< largest shift across an axis [m]
+  PlanSearchConfig config;                           ///< lengths scaled to the pair
+  int turns = SearchConfig{}.sweep_steps;            ///< rotations about an axis, >= 1
+  int matches = SearchConfig{}.much_overlap.refined; ///< that are voted on, >= 1
+  double reach = 50;                                 ///< largest shift across an axis [m]
   PoseSearchOptions voting; ///< how places vote on poses: step, visibility, contradiction_weight, deadline are read
   int threads = 1;          ///< the bits do not depend on it
   std::function<bool(const Eigen::Isometry3d&)> is_allowed; ///< empty: every pose

@@ -14,8 +14,8 @@ namespace pcl_ssfr {
 
 namespace {
 
-constexpr int kSectors = 24;         // of headings; elements of neighbouring ones meet: within 15 to 30 degrees
-constexpr int kMaxCells = 250;       // to each side of no shift
+constexpr int kSectors = 24;   // of headings; elements of neighbouring ones meet: within 15 to 30 degrees
+constexpr int kMaxCells = 250; // to each side of no shift
 
 using Sectors = std::array<std::vector<PlanElement>, kSectors>;
 

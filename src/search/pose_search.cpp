@@ -317,7 +317,8 @@ searchTranslations(const OrientedSamples& source,
   const Ballot ballot(votes, target_index, target_image, R, options.visibility);
   std::vector<Verdict> found;
   int best_screened = 0;
-  const CountingOptions counting = {options.contradiction_weight, options.config.screening_share, options.config.least_votes};
+  const CountingOptions counting = {
+      options.contradiction_weight, options.config.screening_share, options.config.least_votes};
   for (const ShiftPeak& a : first)
     for (const ShiftPeak& b : second) {
       if (options.deadline.hasPassed())

@@ -24,8 +24,8 @@ struct ShiftWindow {
 struct PoseSearchOptions {
   SearchConfig config; ///< numbers, with the lengths of the pair
   SearchPass pass = SearchConfig{}.much_overlap;
-  double step = RefinementConfig{}.coarse_reach / 2; ///< of the exhaustive search along the third axis [m]
-  double peak_separation = RefinementConfig{}.distinct_distance;     ///< [m]
+  double step = RefinementConfig{}.coarse_reach / 2;             ///< of the exhaustive search along the third axis [m]
+  double peak_separation = RefinementConfig{}.distinct_distance; ///< [m]
   double contradiction_weight = SearchConfig{}.contradiction_weight; ///< a vote against counts so many votes for
   VisibilityOptions visibility;
   Deadline deadline;                 ///< when it has passed no further line of shifts is looked at
@@ -33,10 +33,10 @@ struct PoseSearchOptions {
 };
 
 // With SearchPass::little_overlap poses are sought under which the scans share little. Where they share much, the most
-// votes decide; where they do not, poses that lay one scan over the other have more votes than the truth, and only votes
-// against them distinguish them from it. Then all poses are kept that have votes for them in excess of the weighted
-// votes against them, and shifts around the highest peak of a correlation are tried too: surface that is seen in common
-// far from both sensors lies off it as soon as the rotation is.
+// votes decide; where they do not, poses that lay one scan over the other have more votes than the truth, and only
+// votes against them distinguish them from it. Then all poses are kept that have votes for them in excess of the
+// weighted votes against them, and shifts around the highest peak of a correlation are tried too: surface that is seen
+// in common far from both sensors lies off it as soon as the rotation is.
 
 /// A pose that deserves a closer look.
 struct PoseHypothesis {
@@ -54,9 +54,8 @@ struct VotingSamples {
 };
 
 /** \brief Draw about \p count samples that stand for all of a scan, systematically, so that every main direction is
- * represented. A sample is drawn with the square root of its area, at most once; a direction gets a share that grows with the
- * square root of the sum of these.
- * \return indices of the samples, grouped by main direction
+ * represented. A sample is drawn with the square root of its area, at most once; a direction gets a share that grows
+ * with the square root of the sum of these. \return indices of the samples, grouped by main direction
  */
 std::vector<Eigen::Index>
 drawRepresentatives(const OrientedSamples& samples,
