@@ -27,12 +27,13 @@ forEachPose(const PatchPair& pair, std::vector<ScoredPose>& poses, const Refine&
   });
 }
 
-/// Whether a pose is too improbable beside the best to be worth more work.
+/// Whether a pose is too improbable beside the best to be worth more work. What is not yet refined may still gain as
+/// much as a rival lacks, so its odds may be the square of a rival's.
 bool
 isHopeless(const PatchPair& pair, const ScoredPose& pose, const ScoredPose& best)
 {
   const PosteriorConfig& config = pair.posteriorConfig();
-  return logWeight(pose, config) < logWeight(best, config) + std::log(pair.config().judgement.rival);
+  return logWeight(pose, config) < logWeight(best, config) + 2 * std::log(pair.config().judgement.rival);
 }
 
 std::vector<ScoredPose>

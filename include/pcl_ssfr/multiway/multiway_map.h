@@ -30,8 +30,8 @@ struct PairHypothesis {
 
 /// What linking found of one pair of scans.
 struct PairLink {
-  int source = 0; ///< numbers of the scans, source < target
-  int target = 0;
+  int source = 0;                         ///< number of a scan, less than target
+  int target = 0;                         ///< number of the other scan
   Status status = Status::NotRun;         ///< of the pair alone
   std::string message;                    ///< of the pair alone, for people
   double confidence = 0;                  ///< of the pair alone, [0, 1]
@@ -42,7 +42,7 @@ struct PairLink {
 
 /// A scan in the map.
 struct MapScan {
-  std::string name;
+  std::string name;                                             ///< as it was given
   std::uint64_t hash = 0;                                       ///< of its points, 0 when it could not be read
   std::size_t points = 0;                                       ///< that it has
   std::size_t bytes = 0;                                        ///< that are kept of it in memory
@@ -72,12 +72,12 @@ toString(LinkStatus status);
 
 /// A pair of scans in the map.
 struct MapLink {
-  int source = 0;
-  int target = 0;
-  LinkStatus status = LinkStatus::None;
-  double confidence = 0; ///< that its pose is right, all pairs of the job considered, [0, 1]
-  double overlap = 0;    ///< share of the surface that meets, at the pose of the map where it is used, [0, 1]
-  double rmse = 0;       ///< of plane distances of both scans [m], likewise
+  int source = 0;                       ///< number of a scan, less than target
+  int target = 0;                       ///< number of the other scan
+  LinkStatus status = LinkStatus::None; ///< what became of it
+  double confidence = 0;                ///< that its pose is right, all pairs of the job considered, [0, 1]
+  double overlap = 0; ///< share of the surface that meets, at the pose of the map where it is used, [0, 1]
+  double rmse = 0;    ///< of plane distances of both scans [m], likewise
   Eigen::Vector3d strength = Eigen::Vector3d::Zero(); ///< share of the matched surface that faces x, y, z of the target
   double below_6mm = 0;                               ///< share of the matches with a plane distance below 6 mm, [0, 1]
   double residual_rotation = 0;                       ///< between the link's own pose and the map [rad]
@@ -96,9 +96,9 @@ struct LoopClosure {
 
 /// Scans in one frame per component.
 struct MultiwayMap {
-  std::vector<MapScan> scans;
-  std::vector<MapLink> links; ///< of all pairs that were linked, by source, then target
-  int components = 0;
+  std::vector<MapScan> scans;      ///< in the order in which they were added
+  std::vector<MapLink> links;      ///< of all pairs that were linked, by source, then target
+  int components = 0;              ///< number of them, scans that were not placed included
   std::size_t placed = 0;          ///< scans in components of two and more
   double bundle_error = 0;         ///< root mean square plane distance over all pairs after the joint adjustment [m]
   double graph_error = 0;          ///< the same after the pose graph alone [m]
@@ -108,7 +108,8 @@ struct MultiwayMap {
   std::vector<std::string> notes;  ///< what is to be known of the map as a whole
   std::vector<StageReport> stages; ///< prepare, link, choose, adjust
   /// Poses before the joint adjustment, and along a maximum spanning tree of the links: for comparison.
-  std::vector<Eigen::Isometry3d> graph_poses, chain_poses;
+  std::vector<Eigen::Isometry3d> graph_poses;
+  std::vector<Eigen::Isometry3d> chain_poses; ///< the second of these
 };
 
 } // namespace pcl_ssfr

@@ -76,10 +76,10 @@ struct MultiwayOptions {
   unsigned threads = 0;                   ///< 0: all processors; the map never depends on it
   std::optional<Eigen::Vector3d> gravity; ///< up in the frame of every scan, any length > 0
   double gravity_tolerance = 0.0873;      ///< of it [rad], (0, pi]
-  LinkConfig link;
-  ChoiceConfig choice;
-  AliasConfig alias;
-  AdjustmentConfig adjustment;
+  LinkConfig link;                        ///< which hypotheses of a pair are kept
+  ChoiceConfig choice;                    ///< which of them make the map
+  AliasConfig alias;                      ///< what looks alike and is not the same
+  AdjustmentConfig adjustment;            ///< of the poses
 };
 
 /** \brief Check every field.

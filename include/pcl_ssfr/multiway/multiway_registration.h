@@ -56,7 +56,9 @@ public:
   /// \throw std::invalid_argument when \p options are out of range
   explicit MultiwayRegistration(const MultiwayOptions& options = {});
   ~MultiwayRegistration();
+  /// What was prepared and linked moves along.
   MultiwayRegistration(MultiwayRegistration&&) noexcept;
+  /// The same.
   MultiwayRegistration&
   operator=(MultiwayRegistration&&) noexcept;
 
@@ -64,7 +66,8 @@ public:
    *
    * A scan that cannot be loaded, is empty or says nothing is kept as a row with a reason. Of scans with the same
    * points the first one is registered, and the others get its pose. \param[in] names of the scans, each another one
-   * \param[in] load called once for each, from several threads \throw std::invalid_argument when a name is empty or not
+   * \param[in] load called once for each, from several threads \param[in] progress called after each scan; empty: not
+   * \throw std::invalid_argument when a name is empty or not
    * new
    */
   void
@@ -100,7 +103,7 @@ public:
 
   /** \brief Keep everything in a database: links are written as they are found and taken from it where the scans and
    * the options are the same, so that a run that was killed goes on and a change of mind costs seconds.
-   * \param[in] resume false: what the file holds is dropped
+   * \param[in] file of SQLite, made when there is none \param[in] resume false: what the file holds is dropped
    * \throw std::runtime_error naming the file when it cannot be opened or is no project
    */
   void
