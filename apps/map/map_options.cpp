@@ -112,7 +112,7 @@ parseMapArguments(const std::vector<std::string>& arguments)
   for (const std::string& word : arguments)
     result.words += (result.words.empty() ? "" : " ") + word;
   const auto get = [&](const char* name) {
-    const std::string value = values.count(name) ? values[name].as<std::string>() : "";
+    std::string value = values.count(name) ? values[name].as<std::string>() : "";
     if (values.count(name) && value.empty())
       throw UsageError(std::string("--") + name + ": the value is empty");
     return value;

@@ -304,7 +304,7 @@ private:
     std::string text = names_[static_cast<std::size_t>(to)];
     for (int at = to; at != from;) {
       at = before[static_cast<std::size_t>(at)];
-      text = names_[static_cast<std::size_t>(at)] + " - " + text;
+      text.insert(0, names_[static_cast<std::size_t>(at)] + " - ");
     }
     return "the loop " + text + " - " + names_[static_cast<std::size_t>(from)] + " does not close";
   }
@@ -345,8 +345,7 @@ private:
   falseShare() const
   {
     double right = 0, wrong = 0;
-    for (std::size_t k = 0; k < links_.size(); ++k) {
-      const PairLink& pair = links_[k];
+    for (const PairLink& pair : links_) {
       if (pair.status != Status::Converged || partOf(pair.source) != partOf(pair.target))
         continue;
       const Eigen::Isometry3d T = pose(pair.target).inverse() * pose(pair.source);
@@ -406,6 +405,7 @@ adjustPart(Assembly& assembly, int part, const std::vector<PairLink>& links)
     edges.push_back({numbers[source], numbers[target], h.T_target_source, h.information});
   }
   std::vector<Eigen::Isometry3d> poses;
+  poses.reserve(members.size());
   for (const int i : members)
     poses.push_back(assembly.poses[static_cast<std::size_t>(i)]);
   poses = solvePoseGraph(std::move(poses), edges, {0});

@@ -47,11 +47,10 @@ template <typename Matrix>
 void
 bind(sqlite3_stmt* statement, int index, const Matrix& m)
 {
-  const Eigen::Matrix<double, Matrix::RowsAtCompileTime, Matrix::ColsAtCompileTime> copy = m;
   sqlite3_bind_blob(statement,
                     index,
-                    copy.data(),
-                    static_cast<int>(copy.size() * static_cast<int>(sizeof(double))),
+                    m.data(),
+                    static_cast<int>(m.size() * static_cast<int>(sizeof(double))),
                     SQLITE_TRANSIENT);
 }
 
@@ -83,7 +82,7 @@ text(sqlite3_stmt* statement, int column)
 std::int64_t
 asInteger(std::uint64_t hash)
 {
-  std::int64_t value;
+  std::int64_t value = 0;
   std::memcpy(&value, &hash, sizeof(value));
   return value;
 }
@@ -91,7 +90,7 @@ asInteger(std::uint64_t hash)
 std::uint64_t
 asHash(std::int64_t value)
 {
-  std::uint64_t hash;
+  std::uint64_t hash = 0;
   std::memcpy(&hash, &value, sizeof(hash));
   return hash;
 }
@@ -154,7 +153,7 @@ ProjectFile::readLinks(const std::string& settings)
   sqlite3_stmt* rows = prepare("SELECT source_hash, target_hash, status, message, confidence, probability_of_none, "
                                "seconds FROM pairs WHERE settings = ?");
   bind(rows, 1, settings);
-  int code;
+  int code = SQLITE_DONE;
   while ((code = sqlite3_step(rows)) == SQLITE_ROW) {
     PairLink link;
     link.status = static_cast<Status>(sqlite3_column_int(rows, 2));

@@ -87,8 +87,8 @@ mainDirections(const std::vector<StoreyScan>& scans, const AliasConfig& config)
   directions.resize(std::min(directions.size(), kMost));
   std::vector<Eigen::Vector3d> both;
   for (const auto& [weight, sum] : directions) {
-    both.push_back(sum.normalized());
-    both.push_back(-sum.normalized());
+    both.emplace_back(sum.normalized());
+    both.emplace_back(-sum.normalized());
   }
   return both;
 }
@@ -137,7 +137,7 @@ axisOfRings(const std::vector<StoreyScan>& scans, const AliasConfig& config)
       axes.emplace_back(solver.eigenvectors().col(0));
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(sum);
-  const Eigen::Vector3d axis = solver.eigenvectors().col(0);
+  Eigen::Vector3d axis = solver.eigenvectors().col(0);
   const auto alike = std::count_if(
       axes.begin(), axes.end(), [&](const Eigen::Vector3d& a) { return std::abs(a.dot(axis)) > config.level_normal; });
   if (static_cast<double>(alike) < config.least_level_share * static_cast<double>(scans.size()))
