@@ -31,6 +31,14 @@ namespace apps {
 
 namespace {
 
+UsageError
+oneScanTwice(const std::string& option, const std::string& a, const std::string& b)
+{
+  std::string text = "--";
+  text.append(option).append(": ").append(a).append(",").append(b).append(" is one scan twice");
+  return UsageError(text);
+}
+
 namespace fs = std::filesystem;
 
 constexpr double kRadians = 0.017453292519943295;
@@ -135,10 +143,10 @@ private:
       scanNamed("pin", name);
     for (const auto& [a, b] : arguments_.accepted)
       if (scanNamed("accept", a) == scanNamed("accept", b))
-        throw UsageError("--accept: " + a + "," + b + " is one scan twice");
+        throw oneScanTwice("accept", a, b);
     for (const auto& [a, b] : arguments_.rejected)
       if (scanNamed("reject", a) == scanNamed("reject", b))
-        throw UsageError("--reject: " + a + "," + b + " is one scan twice");
+        throw oneScanTwice("reject", a, b);
   }
 
   void

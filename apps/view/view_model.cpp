@@ -130,7 +130,7 @@ ViewModel::traceSearch()
     passes_.push_back(std::move(pass));
   }
   for (const TracedHypothesis& hypothesis : trace.plan_hypotheses)
-    plan_poses_.push_back({pair.toInner(hypothesis.T_target_source), hypothesis.refined});
+    plan_poses_.emplace_back(pair.toInner(hypothesis.T_target_source), hypothesis.refined);
 }
 
 bool

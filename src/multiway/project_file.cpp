@@ -47,11 +47,8 @@ template <typename Matrix>
 void
 bind(sqlite3_stmt* statement, int index, const Matrix& m)
 {
-  sqlite3_bind_blob(statement,
-                    index,
-                    m.data(),
-                    static_cast<int>(m.size() * static_cast<int>(sizeof(double))),
-                    SQLITE_TRANSIENT);
+  sqlite3_bind_blob(
+      statement, index, m.data(), static_cast<int>(m.size() * static_cast<int>(sizeof(double))), SQLITE_TRANSIENT);
 }
 
 void
