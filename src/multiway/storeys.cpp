@@ -152,7 +152,7 @@ findUp(const std::vector<StoreyScan>& scans, const AliasConfig& config)
 {
   if (scans.empty())
     return std::nullopt;
-  if (const std::optional<Eigen::Vector3d> axis = axisOfRings(scans, config))
+  if (std::optional<Eigen::Vector3d> axis = axisOfRings(scans, config))
     return axis;
   std::optional<Eigen::Vector3d> best;
   double most = config.least_level_share;
