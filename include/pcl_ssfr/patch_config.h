@@ -114,7 +114,7 @@ struct SearchConfig {
   double bin_width = 0.1;       ///< [m] of the histograms along an axis
   double parallel_cos = 0.97;   ///< surface counts along an axis when its normal is that parallel: within 14 degrees
   double screening_share = 0.5; ///< of the best count of votes so far, that a fourth of them must promise to be counted
-  double least_votes = 0.1;     ///< share of the votes that a pose of scans that share little must have
+  double least_votes = 0.04;    ///< share of the votes that a pose of scans that share little must have
   double contradiction_weight = 2; ///< of a vote against a pose of scans that share much, rough as it is yet
   int peak_neighbours = 2; ///< where little overlaps: shifts tried on each side of the highest peak, two steps apart
   /// Of 271 real pairs all solved ones had a pose near the truth with 0.65 of the most votes, of 375 simulated ones 373

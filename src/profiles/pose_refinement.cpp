@@ -100,15 +100,16 @@ neighboursOf(const PatchPair& pair, const ScoredPose& best)
   return neighbours;
 }
 
-/** \brief Leave a local optimum: where a motion is poorly constrained, as level rings hardly constrain a tilt, a
- * refinement ends in the nearest of several places that explain the scans almost equally well. So start it from the
- * neighbourhood of the best pose along such motions, and take the optimum that explains most.
+/** \brief Other local optima beside the best pose: where a motion is poorly constrained, as level rings hardly
+ * constrain a tilt, a refinement ends in the nearest of several places that explain the scans almost equally well. So
+ * it is started from the neighbourhood of the best pose along such motions. \return refined and scored, most probable
+ * first
  */
-void
-escapeLocalOptimum(const PatchPair& pair, ScoredPose& best)
+std::vector<ScoredPose>
+optimaBeside(const PatchPair& pair, const ScoredPose& best)
 {
   if (!(best.score > 0))
-    return;
+    return {};
   std::vector<ScoredPose> neighbours = neighboursOf(pair, best);
   forEachPose(pair, neighbours, [&](ScoredPose& pose) {
     if (pair.outOfTime())
@@ -119,13 +120,10 @@ escapeLocalOptimum(const PatchPair& pair, ScoredPose& best)
     pose.T_target_source = pair.refinedFine(pose.T_target_source);
     pair.scoreFine(pose);
   });
+  if (pair.outOfTime())
+    return {};
   pair.priors().dropExcluded(neighbours, Exactness::Refined);
-  sortByWeight(neighbours, pair.posteriorConfig());
-  if (pair.outOfTime() || neighbours.empty() || neighbours.front().score <= best.score)
-    return;
-  pair.polish(neighbours.front());
-  if (neighbours.front().score > best.score)
-    best = neighbours.front();
+  return keepDistinct(pair, std::move(neighbours), std::numeric_limits<std::size_t>::max());
 }
 
 /// The poses that are none of those before them, at most \p most.
@@ -196,7 +194,14 @@ polishLeaders(const PatchPair& pair, std::vector<ScoredPose> poses, StageLog& st
   }
   sortByWeight(polished, config);
   if (is_new && !pair.outOfTime() && pair.options().refine)
-    escapeLocalOptimum(pair, polished.front());
+    for (ScoredPose& pose : optimaBeside(pair, polished.front())) {
+      const bool is_rival =
+          logWeight(pose, config) >= logWeight(polished.front(), config) + std::log(pair.config().judgement.rival);
+      if (is_rival)
+        pair.polish(pose);
+      (is_rival ? polished : others).push_back(std::move(pose));
+    }
+  sortByWeight(polished, config);
   // Polished, rivals may have changed their order, or turned out to be the same pose.
   const ScoredPose best = polished.front();
   others.insert(others.end(), polished.begin() + 1, polished.end());
