@@ -31,7 +31,7 @@ BLIND = numpy.array([2.0, 0.0, 1.0, 0.8, 0.3, 1.5])
 def model(candidates, numbers, blind):
     """Probabilities of candidates, best score first, and of none: the formulas of docs/METHOD.md, written once more."""
     best = candidates[0]
-    clear = min(max(best["facing_score"] / best["facing_matched"], 0.03), 1)
+    clear = min(max(best["facing_score"] / best["facing_matched"], 0.001), 1)
     matches = best["facing_matched"] * best["facing_patches"]
     known, of_clear, third, of_matches, significance, lead = numbers
     odds = (known + (0 if blind else of_clear * numpy.log(clear)) + third * numpy.log(best["third_direction"] + 0.001) +
@@ -39,7 +39,7 @@ def model(candidates, numbers, blind):
     none = 1 / (1 + numpy.exp(odds))
     scores = numpy.array([c["score"] for c in candidates])
     weights = numpy.exp(significance * scores * numpy.sqrt(best["patches"]) +
-                        lead * numpy.log(numpy.maximum(scores, 0.005)))
+                        lead * numpy.log(numpy.maximum(scores, 0.001)))
     return (1 - none) * weights / weights.sum(), none
 
 

@@ -178,13 +178,16 @@ std::vector<ScoredPose>
 polishLeaders(const PatchPair& pair, std::vector<ScoredPose> poses, StageLog& stages)
 {
   const PosteriorConfig& config = pair.posteriorConfig();
-  const double least = logWeight(poses.front(), config) + std::log(pair.config().judgement.rival);
+  const auto isRival = [&](const ScoredPose& pose, const ScoredPose& best) {
+    return logWeight(pose, config) >= logWeight(best, config) + std::log(pair.config().judgement.rival);
+  };
+  const ScoredPose leader = poses.front();
   const auto most = std::min(poses.size(), static_cast<std::size_t>(pair.config().refinement.polished));
   std::vector<ScoredPose> polished, others;
   bool is_new = false;
   std::size_t points = 0;
   for (std::size_t i = 0; i < poses.size(); ++i) {
-    const bool is_leader = i == 0 || (i < most && !pair.outOfTime() && logWeight(poses[i], config) >= least);
+    const bool is_leader = i == 0 || (i < most && !pair.outOfTime() && isRival(poses[i], leader));
     if (is_leader && !poses[i].polish) {
       pair.polish(poses[i]);
       is_new = true;
@@ -195,8 +198,7 @@ polishLeaders(const PatchPair& pair, std::vector<ScoredPose> poses, StageLog& st
   sortByWeight(polished, config);
   if (is_new && !pair.outOfTime() && pair.options().refine)
     for (ScoredPose& pose : optimaBeside(pair, polished.front())) {
-      const bool is_rival =
-          logWeight(pose, config) >= logWeight(polished.front(), config) + std::log(pair.config().judgement.rival);
+      const bool is_rival = isRival(pose, polished.front());
       if (is_rival)
         pair.polish(pose);
       (is_rival ? polished : others).push_back(std::move(pose));

@@ -27,8 +27,9 @@ refineAndMerge(const PatchPair& pair,
                StageLog& stages);
 
 /** \brief Polish the most probable pose and the rivals that come near it, so that their order does not depend on how
- * far the coarser refinements got, and look for a better optimum in the neighbourhood of the best. \param[in] poses
- * distinct, most probable first, at least one \return the same, distinct, the first one polished
+ * far the coarser refinements got; among the rivals are the optima in the neighbourhood of the best pose.
+ * \param[in] poses distinct, most probable first, at least one
+ * \return these and what was found beside the best, distinct; the first is polished and the most probable polished one
  */
 std::vector<ScoredPose>
 polishLeaders(const PatchPair& pair, std::vector<ScoredPose> poses, StageLog& stages);
