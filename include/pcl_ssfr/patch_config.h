@@ -127,19 +127,19 @@ struct SearchConfig {
 
 /// Refinement and polish of poses, and which of them are the same (METHOD, "Refinement").
 struct RefinementConfig {
-  double coarse_reach = 0.5;      ///< [m] plane distance of a match at the start of the coarse refinement; half of it
-                                  ///< is the step of the exhaustive search for translations
-  double coarse_final = 0.15;     ///< [m] and at its end
-  int coarse_steps = 6;           ///< of the coarse refinement
-  double fine_final = 0.05;       ///< [m]
-  int fine_steps = 15;            ///< of the fine refinement, at most; smaller steps than the noise floor end it
-  double polish_reach = 0.3;      ///< [m] of the polish, which ends at EvidenceConfig::match
-  double kept_score = 0.9;        ///< share of the score that a refinement, which makes a pose more exact, may cost
-  double distinct_distance = 0.3; ///< [m] poses nearer than this at the source's sensor ...
-  double distinct_angle = 0.05;   ///< [rad] ... and than this are one
-  int polished = 4;               ///< leaders that are polished, at most
-  double explored_deviation = 0.005; ///< [m] standard deviation of the matched surface along a motion from which on the
-                                     ///< neighbourhood along it is searched for another optimum
+  double coarse_reach = 0.5;        ///< [m] plane distance of a match at the start of the coarse refinement; half of it
+                                    ///< is the step of the exhaustive search for translations
+  double coarse_final = 0.15;       ///< [m] and at its end
+  int coarse_steps = 6;             ///< of the coarse refinement
+  double fine_final = 0.05;         ///< [m]
+  int fine_steps = 15;              ///< of the fine refinement, at most; smaller steps than the noise floor end it
+  double polish_reach = 0.3;        ///< [m] of the polish, which ends at EvidenceConfig::match
+  double kept_score = 0.9;          ///< share of the score that a refinement, which makes a pose more exact, may cost
+  double distinct_distance = 0.3;   ///< [m] poses nearer than this at the source's sensor ...
+  double distinct_angle = 0.05;     ///< [rad] ... and than this are one
+  int polished = 4;                 ///< leaders that are polished, at most
+  double explored_deviation = 0.01; ///< [m] standard deviation of the matched surface along a motion from which on the
+                                    ///< neighbourhood along it is searched for another optimum; 0.005 finds no more
 };
 
 /// What is a match and what contradicts a pose (METHOD, "Evidence").

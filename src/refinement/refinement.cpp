@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 namespace pcl_ssfr {
@@ -19,7 +20,8 @@ struct Step {
   Eigen::Isometry3d T_target_source;
   Eigen::Vector3d centre;
   PatchIndex::Tolerance tolerance;
-  double scale; ///< of the robust weight [m]
+  double scale;      ///< of the robust weight [m]
+  bool find_matches; ///< else the surface has hardly moved since they were found, and they are kept
 };
 
 /// Call \p add_source(first, count, sum) for blocks of the indices 0 ... source_count - 1, \p add_target likewise, and
@@ -68,12 +70,16 @@ forEachMeeting(const Columns& points,
   PlaceBlock places;
   places.move(points.col(first).data(), normals.col(first).data(), count, T_moved);
   int* const found_here = &found[static_cast<std::size_t>(first)];
-  places.find(planes, step.tolerance, found_here);
+  if (step.find_matches)
+    places.find(planes, step.tolerance, found_here);
+  const auto farthest = static_cast<double>(step.tolerance.distance);
   for (std::size_t k = 0; k < places.count; ++k) {
     if (found_here[k] < 0)
       continue;
     const Eigen::Vector3d p = places.place(k);
-    visit(first + static_cast<Eigen::Index>(k), p, places.normal(k), planes.meet(found_here[k], p));
+    const PatchIndex::Meeting at = planes.meet(found_here[k], p);
+    if (step.find_matches || std::abs(at.distance) < farthest)
+      visit(first + static_cast<Eigen::Index>(k), p, places.normal(k), at);
   }
 }
 
@@ -110,10 +116,18 @@ refine(const Eigen::Isometry3d& T_start,
   const double last = std::min(options.final_distance, first);
   const int shrinking = std::max(1, options.steps / 2);
   PatchIndex::Tolerance tolerance = options.match;
+  // Root mean square motion of the matched surface along its normals since the matches were found [m].
+  double moved = std::numeric_limits<double>::infinity();
   for (int step = 0; step < options.steps; ++step) {
     const double f = std::min(1.0, static_cast<double>(step) / shrinking);
     tolerance.distance = static_cast<float>(first * std::pow(last / first, f));
-    const Step state = {result.T_target_source, centre, tolerance, 0.5 * static_cast<double>(tolerance.distance)};
+    const Step state = {result.T_target_source,
+                        centre,
+                        tolerance,
+                        0.5 * static_cast<double>(tolerance.distance),
+                        moved > options.least_rms};
+    if (state.find_matches)
+      moved = 0;
     PlaneEquations equations;
     accumulate(state, equations);
     result.steps = step + 1;
@@ -128,6 +142,7 @@ refine(const Eigen::Isometry3d& T_start,
     const Eigen::Matrix<double, 6, 1> motion = equations.solve();
     const Eigen::Isometry3d delta = Eigen::Translation3d(centre) * expSe3(motion) * Eigen::Translation3d(-centre);
     result.T_target_source = delta * result.T_target_source;
+    moved += std::sqrt(std::max(0.0, motion.dot(result.hessian * motion)) / equations.weight);
     const bool has_settled =
         f >= 1 && motion.head<3>().norm() < options.min_step && motion.tail<3>().norm() < options.min_step;
     if (has_settled || options.deadline.hasPassed())
@@ -135,7 +150,7 @@ refine(const Eigen::Isometry3d& T_start,
   }
   result.T_target_source.linear() = Eigen::Quaterniond(result.T_target_source.linear()).normalized().toRotationMatrix();
   result.statistics =
-      conclude(Step{result.T_target_source, centre, tolerance, 0.5 * static_cast<double>(tolerance.distance)});
+      conclude(Step{result.T_target_source, centre, tolerance, 0.5 * static_cast<double>(tolerance.distance), false});
   return result;
 }
 

@@ -316,7 +316,9 @@ searchTranslations(const OrientedSamples& source,
 
   const Ballot ballot(votes, target_index, target_image, R, options.visibility);
   std::vector<Verdict> found;
-  int best_screened = 0;
+  // As many as are screened of the votes for a rival.
+  auto best_screened = static_cast<int>(static_cast<std::int64_t>(options.rival_votes) * ballot.screened() /
+                                        std::max<Eigen::Index>(1, ballot.size()));
   const CountingOptions counting = {
       options.contradiction_weight, options.config.screening_share, options.config.least_votes};
   for (const ShiftPeak& a : first)

@@ -27,6 +27,7 @@ struct PoseSearchOptions {
   double step = RefinementConfig{}.coarse_reach / 2;             ///< of the exhaustive search along the third axis [m]
   double peak_separation = RefinementConfig{}.distinct_distance; ///< [m]
   double contradiction_weight = SearchConfig{}.contradiction_weight; ///< a vote against counts so many votes for
+  int rival_votes = 0; ///< for a pose that is known: where less than a share of as many is promised, none are counted
   VisibilityOptions visibility;
   Deadline deadline;                 ///< when it has passed no further line of shifts is looked at
   std::optional<ShiftWindow> window; ///< none: every translation
