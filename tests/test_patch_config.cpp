@@ -365,7 +365,7 @@ TEST(PatchConfig, ErrorsNameTheFieldAndItsValue)
       ADD_FAILURE() << number.name << " may be anything";
     }
     catch (const std::invalid_argument& error) {
-      EXPECT_THAT(error.what(), ::testing::StartsWith(number.name + " = "));
+      EXPECT_THAT(error.what(), ::testing::StartsWith(std::string(number.name) + " = "));
     }
   }
   PatchProfileConfig config;

@@ -11,21 +11,23 @@
 #include <limits>
 #include <sstream>
 #include <stdexcept>
+#include <string>
+#include <string_view>
 
 namespace pcl_ssfr {
 
 namespace {
 
-const std::string kPreparation = "preparation.";
+constexpr std::string_view kPreparation = "preparation.";
 
 bool
 isOfPreparation(const ConfigNumber& number)
 {
-  return number.name.compare(0, kPreparation.size(), kPreparation) == 0;
+  return number.name.substr(0, kPreparation.size()) == kPreparation;
 }
 
 [[noreturn]] void
-reject(const std::string& name, double value, const std::string& bound)
+reject(std::string_view name, double value, std::string_view bound)
 {
   std::ostringstream text;
   text << name << " = " << value << ", must " << bound;
@@ -33,7 +35,7 @@ reject(const std::string& name, double value, const std::string& bound)
 }
 
 /// What \p number must be; empty: it is. Conditions are written so that NaN is not.
-std::string
+std::string_view
 violatedBound(const ConfigNumber& number)
 {
   const double v = number.value();
@@ -177,7 +179,7 @@ numberNames()
   PatchProfileConfig config;
   std::vector<std::string> names;
   for (const ConfigNumber& number : numbersOf(config))
-    names.push_back(number.name);
+    names.emplace_back(number.name);
   return names;
 }
 
@@ -197,7 +199,7 @@ setNumber(PatchProfileConfig& config, const std::string& name, double value)
   else {
     *found->real = value;
   }
-  if (const std::string bound = violatedBound(*found); !bound.empty())
+  if (const std::string_view bound = violatedBound(*found); !bound.empty())
     reject(name, value, bound);
 }
 
@@ -241,7 +243,7 @@ validate(const PatchProfileConfig& config)
 {
   PatchProfileConfig all = config;
   for (const ConfigNumber& number : numbersOf(all))
-    if (const std::string bound = violatedBound(number); !bound.empty())
+    if (const std::string_view bound = violatedBound(number); !bound.empty())
       reject(number.name, number.value(), bound);
   const PreparationConfig& preparation = config.preparation;
   if (preparation.largest_radius < preparation.smallest_radius)
