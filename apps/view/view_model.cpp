@@ -32,12 +32,6 @@ angleBetween(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b)
   return Eigen::AngleAxisd(a.transpose() * b).angle() / kDegree;
 }
 
-const RangeImage*
-freeSpace(const PatchScan& scan)
-{
-  return scan.range_image.empty() ? nullptr : &scan.range_image;
-}
-
 /// The rotation of a list that is nearest to \p R, or its end.
 std::vector<RotationCandidate>::const_iterator
 nearestRotation(const std::vector<RotationCandidate>& rotations, const Eigen::Matrix3d& R)
@@ -333,15 +327,15 @@ ViewModel::axes(const ViewedPose& pose, bool with_scores) const
 std::vector<ShiftScore>
 ViewModel::scoresAlong(const Eigen::Isometry3d& T_patches, const Eigen::Vector3d& axis) const
 {
-  const VisibilityOptions visibility = PatchPair(source_, target_, options_, nullptr, Deadline()).fineTolerances();
+  const PatchPair pair(source_, target_, options_, nullptr, Deadline());
+  const VisibilityOptions tolerances = pair.fineTolerances();
   const double step = kScoreReach / kScoreSteps * std::max({source_.extent.radius, target_.extent.radius, 1e-3});
   std::vector<ShiftScore> scores(2 * kScoreSteps + 1);
   [[maybe_unused]] const auto threads = static_cast<int>(threadCount(options_));
 #pragma omp parallel for schedule(dynamic, 1) num_threads(threads)
   for (int i = -kScoreSteps; i <= kScoreSteps; ++i) {
     const Eigen::Isometry3d T = Eigen::Translation3d(i * step * axis) * T_patches;
-    SurfaceEvidence both = collectEvidence(source_.patches.samples, target_.index, freeSpace(target_), T, visibility);
-    both += collectEvidence(target_.patches.samples, source_.index, freeSpace(source_), T.inverse(), visibility);
+    const SurfaceEvidence both = pair.evidenceAt(T, tolerances);
     const double total = std::max(both.total, 1e-12);
     scores[static_cast<std::size_t>(i + kScoreSteps)] = {i * step, both.matched / total, both.contradicted / total};
   }
@@ -360,7 +354,7 @@ ViewModel::fates(const ViewedPose& pose, bool of_source) const
   SurfaceFates fates;
   for (Eigen::Index i = 0; i < own.patches.size(); ++i) {
     const SurfaceEvidence evidence =
-        collectEvidence(oneSample(own.patches.samples, i), other.index, freeSpace(other), T, visibility);
+        collectEvidence(oneSample(own.patches.samples, i), other.index, other.freeSpace(), T, visibility);
     const SurfaceFate fate = evidence.matched > 0        ? SurfaceFate::Matched
                              : evidence.contradicted > 0 ? SurfaceFate::Contradicted
                              : evidence.unmatched > 0    ? SurfaceFate::Unmatched
@@ -507,7 +501,7 @@ ViewModel::findPatchLoss() const
                                                                    target_.patches.samples,
                                                                    search.target_normals,
                                                                    target_.index,
-                                                                   freeSpace(target_),
+                                                                   target_.freeSpace(),
                                                                    R,
                                                                    all);
       const auto own = std::find_if(under.begin(), under.end(), isTrue);

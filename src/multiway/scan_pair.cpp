@@ -58,6 +58,19 @@ pairOptions(const MultiwayOptions& options)
   return result;
 }
 
+/// Two scans and their options, which the pair refers to.
+struct OptionedPair {
+  OptionedPair(const PreparedScan& source, const PreparedScan& target, const MultiwayOptions& multiway)
+      : options(pairOptions(multiway)), pair(patchesOf(source), patchesOf(target), options, nullptr, Deadline())
+  {}
+  OptionedPair(const OptionedPair&) = delete;
+  OptionedPair&
+  operator=(const OptionedPair&) = delete;
+
+  Options options;
+  PatchPair pair;
+};
+
 RefinementOptions
 stepOptions(const PatchPair& pair)
 {
@@ -179,20 +192,15 @@ evidenceAt(const PreparedScan& source,
            const MultiwayOptions& options,
            double looseness)
 {
-  const Options pair_options = pairOptions(options);
-  const PatchPair pair(patchesOf(source), patchesOf(target), pair_options, nullptr, Deadline());
+  const OptionedPair optioned(source, target, options);
+  const PatchPair& pair = optioned.pair;
   VisibilityOptions tolerances = pair.fineTolerances();
   const auto loose = static_cast<float>(looseness);
   tolerances.match.distance *= loose;
   tolerances.free_margin *= loose;
   tolerances.hidden_margin *= loose;
   tolerances.free_ratio -= kFreeRatio * (loose - 1);
-  const Eigen::Isometry3d T = pair.toInner(T_target_source);
-  const auto image = [](const PatchScan& scan) { return scan.range_image.empty() ? nullptr : &scan.range_image; };
-  SurfaceEvidence both =
-      collectEvidence(pair.source().patches.samples, pair.target().index, image(pair.target()), T, tolerances);
-  both += collectEvidence(
-      pair.target().patches.samples, pair.source().index, image(pair.source()), T.inverse(), tolerances);
+  const SurfaceEvidence both = pair.evidenceAt(pair.toInner(T_target_source), tolerances);
   PlacementEvidence evidence;
   evidence.total = both.patches.total;
   evidence.matched = both.patches.matched;
@@ -208,8 +216,8 @@ equationsAt(const PreparedScan& source,
             const MultiwayOptions& options,
             double noise_floor)
 {
-  const Options pair_options = pairOptions(options);
-  const PatchPair pair(patchesOf(source), patchesOf(target), pair_options, nullptr, Deadline());
+  const OptionedPair optioned(source, target, options);
+  const PatchPair& pair = optioned.pair;
   const Eigen::Isometry3d T = pair.toInner(T_target_source);
   const Refinement step = refineMutual(
       pair.source().surface, pair.source().index, pair.target().surface, pair.target().index, T, stepOptions(pair));
@@ -239,8 +247,8 @@ figuresAt(const PreparedScan& source,
           const Eigen::Isometry3d& T_target_source,
           const MultiwayOptions& options)
 {
-  const Options pair_options = pairOptions(options);
-  const PatchPair pair(patchesOf(source), patchesOf(target), pair_options, nullptr, Deadline());
+  const OptionedPair optioned(source, target, options);
+  const PatchPair& pair = optioned.pair;
   const PatchIndex::Tolerance tolerance = stepOptions(pair).match;
   const Eigen::Isometry3d T = pair.toInner(T_target_source);
   const Eigen::Isometry3d back = T.inverse();

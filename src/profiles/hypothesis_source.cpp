@@ -106,7 +106,7 @@ HypothesisSource::searchPlans() const
                                                                    pair_.source().votes,
                                                                    pair_.target().patches.samples,
                                                                    pair_.target().index,
-                                                                   pair_.targetImage(),
+                                                                   pair_.target().freeSpace(),
                                                                    pair,
                                                                    options);
     found.insert(found.end(), some.begin(), some.end());
@@ -220,7 +220,7 @@ HypothesisSource::searchTranslationsOfAll(const PoseSearchOptions& options) cons
                                                                       pair_.target().patches.samples,
                                                                       target_normals_,
                                                                       pair_.target().index,
-                                                                      pair_.targetImage(),
+                                                                      pair_.target().freeSpace(),
                                                                       R,
                                                                       own);
   });

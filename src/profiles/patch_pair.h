@@ -55,9 +55,6 @@ public:
     return deadline_.hasPassed();
   }
 
-  /// Free space of the target, nullptr when its viewpoint is not believed.
-  const RangeImage*
-  targetImage() const;
   /// Whether contradictions can be seen at all, both ways.
   bool
   seesFreeSpace() const;
@@ -96,6 +93,10 @@ public:
   /// ... and for the score of refined poses.
   VisibilityOptions
   fineTolerances() const;
+
+  /// What the surface of each scan meets in the other under a pose, normals in the target frame.
+  SurfaceEvidence
+  evidenceAt(const Eigen::Isometry3d& T_target_source, const VisibilityOptions& tolerances) const;
 
   /// Evidence and score of a pose before the fine refinement.
   void
