@@ -71,17 +71,6 @@ struct OptionedPair {
   PatchPair pair;
 };
 
-RefinementOptions
-stepOptions(const PatchPair& pair)
-{
-  RefinementOptions options;
-  options.match = pair.fineTolerances().match;
-  options.match.distance = static_cast<float>(pair.config().judgement.evidence.match);
-  options.final_distance = pair.config().judgement.evidence.match;
-  options.steps = 1;
-  return options;
-}
-
 /// Maps motions about the origin to motions about \p centre when transposed: see PoseUncertainty::informationAbout().
 Matrix6
 shifted(const Eigen::Vector3d& centre)
@@ -219,8 +208,10 @@ equationsAt(const PreparedScan& source,
   const OptionedPair optioned(source, target, options);
   const PatchPair& pair = optioned.pair;
   const Eigen::Isometry3d T = pair.toInner(T_target_source);
+  RefinementOptions options_of_step = pair.lastStep();
+  options_of_step.vertical.reset(); // the map is laid upright as a whole
   const Refinement step = refineMutual(
-      pair.source().surface, pair.source().index, pair.target().surface, pair.target().index, T, stepOptions(pair));
+      pair.source().surface, pair.source().index, pair.target().surface, pair.target().index, T, options_of_step);
   SurfaceEquations equations;
   equations.matches = step.matches;
   if (step.matches < 3)
@@ -249,7 +240,7 @@ figuresAt(const PreparedScan& source,
 {
   const OptionedPair optioned(source, target, options);
   const PatchPair& pair = optioned.pair;
-  const PatchIndex::Tolerance tolerance = stepOptions(pair).match;
+  const PatchIndex::Tolerance tolerance = pair.lastStep().match;
   const Eigen::Isometry3d T = pair.toInner(T_target_source);
   const Eigen::Isometry3d back = T.inverse();
   double squares = 0;

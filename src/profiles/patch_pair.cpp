@@ -132,9 +132,16 @@ PatchPair::polish(ScoredPose& pose) const
     }
   }
   // What is said of the pose must hold for the one that is returned.
-  options.steps = 1;
-  options.match.distance = static_cast<float>(options.final_distance);
+  options = lastStep();
+  options.threads = threads_;
   pose.polish = run();
+}
+
+RefinementOptions
+PatchPair::lastStep() const
+{
+  const EvidenceConfig& evidence = config_.judgement.evidence;
+  return refinement(evidence.match, evidence.match, evidence.normals, 1);
 }
 
 bool

@@ -116,6 +116,9 @@ public:
   /// or explains less, or Options::refine is off. ScoredPose::polish is the last step at the pose that it leaves.
   void
   polish(ScoredPose& pose) const;
+  /// How the surfaces are laid onto each other where the pose is all but exact: one step of refineMutual(), one thread.
+  RefinementOptions
+  lastStep() const;
 
   /// Take a finely judged pose to where a refinement has led it, if it explains the scans about as well there, or
   /// better: a refinement may be drawn away by what moved, or by patches of few points. \return whether it moved
