@@ -3,6 +3,8 @@
 
 #include <apps/map/map_truth.h>
 
+#include "common/angles.h"
+
 #include <apps/map/pose_list.h>
 
 #include <Eigen/Cholesky>
@@ -16,8 +18,6 @@ namespace pcl_ssfr {
 namespace apps {
 
 namespace {
-
-constexpr double kDegrees = 57.29577951308232;
 
 using Poses = std::vector<Eigen::Isometry3d>;
 
@@ -40,7 +40,7 @@ largest(const std::vector<double>& values)
 double
 angle(const Eigen::Matrix3d& R)
 {
-  return Eigen::AngleAxisd(R).angle() * kDegrees;
+  return Eigen::AngleAxisd(R).angle() * kDegreesPerRadian;
 }
 
 /// The rigid motion from the map to the truth in the least squares sense: rotations and places of some scans.

@@ -3,6 +3,8 @@
 
 #include <apps/methods/method_options.h>
 
+#include "common/angles.h"
+
 #include <apps/common/usage_error.h>
 #include <apps/io/text_scanner.h>
 #include <apps/methods/method_run.h>
@@ -48,8 +50,6 @@ parseGravity(const std::string& text)
     throw UsageError("--gravity: " + io::inQuotes(text) + " is not a direction");
   return direction;
 }
-
-constexpr double kDegree = 3.14159265358979323846 / 180;
 
 /// [rad]
 double

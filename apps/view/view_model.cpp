@@ -3,6 +3,7 @@
 
 #include <apps/view/view_model.h>
 
+#include "common/angles.h"
 #include "profiles/hypothesis_source.h"
 #include "profiles/patch_pair.h"
 
@@ -18,7 +19,6 @@ namespace apps {
 
 namespace {
 
-constexpr double kDegree = 0.017453292519943295;
 constexpr double kMostTilted = 40;   ///< of a scanner [deg]
 constexpr double kRotationFound = 5; ///< a candidate rotation this near to the truth is taken as the right one [deg]
 constexpr double kShiftFound = 0.5;  ///< a shift this near to the truth is refined to it [m], at scale 1

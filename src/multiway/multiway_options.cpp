@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
+#include "common/angles.h"
 #include "common/option_checks.h"
 
 #include <pcl_ssfr/multiway/multiway_map.h>
@@ -9,8 +10,6 @@
 namespace pcl_ssfr {
 
 namespace {
-
-constexpr double kHalfTurn = 3.14159265358979323846; // [rad]
 
 void
 requirePositive(const char* name, double value)
@@ -31,21 +30,24 @@ validate(const MultiwayOptions& options)
 {
   validate(options.registration);
   requireOption(options.registration.profile == Profile::Default,
-          "registration.profile",
-          static_cast<double>(options.registration.profile),
-          "be Profile::Default");
+                "registration.profile",
+                static_cast<double>(options.registration.profile),
+                "be Profile::Default");
   requireOption(options.threads <= kMaxThreads, "threads", static_cast<double>(options.threads), "be at most 1024");
   if (options.gravity)
     requireOption(options.gravity->allFinite() && options.gravity->norm() > 0,
-            "gravity",
-            options.gravity->norm(),
-            "be a direction of finite length > 0");
-  requireOption(options.gravity_tolerance > 0 && options.gravity_tolerance <= kHalfTurn,
-          "gravity_tolerance",
-          options.gravity_tolerance,
-          "be positive and at most pi");
+                  "gravity",
+                  options.gravity->norm(),
+                  "be a direction of finite length > 0");
+  requireOption(options.gravity_tolerance > 0 && options.gravity_tolerance <= kPi,
+                "gravity_tolerance",
+                options.gravity_tolerance,
+                "be positive and at most pi");
   const LinkConfig& link = options.link;
-  requireOption(link.hypotheses >= 1 && link.hypotheses <= 10, "link.hypotheses", static_cast<double>(link.hypotheses), "be 1 to 10");
+  requireOption(link.hypotheses >= 1 && link.hypotheses <= 10,
+                "link.hypotheses",
+                static_cast<double>(link.hypotheses),
+                "be 1 to 10");
   requireShare("link.least_probability", link.least_probability);
   requireShare("link.fitted_share", link.fitted_share);
   const ChoiceConfig& choice = options.choice;
@@ -62,7 +64,8 @@ validate(const MultiwayOptions& options)
   requirePositive("choice.clear_majority", choice.clear_majority);
   requireShare("choice.lone", choice.lone);
   requirePositive("choice.contradiction_weight", choice.contradiction_weight);
-  requireOption(choice.rival_gain >= 1 && choice.rival_gain < 100, "choice.rival_gain", choice.rival_gain, "be 1 to 100");
+  requireOption(
+      choice.rival_gain >= 1 && choice.rival_gain < 100, "choice.rival_gain", choice.rival_gain, "be 1 to 100");
   requireOption(choice.loose >= 1 && choice.loose < 10, "choice.loose", choice.loose, "be 1 or more, less than 10");
   const AdjustmentConfig& adjustment = options.adjustment;
   requireOption(adjustment.rounds >= 1, "adjustment.rounds", static_cast<double>(adjustment.rounds), "be 1 or more");
