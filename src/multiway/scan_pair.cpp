@@ -71,15 +71,6 @@ struct OptionedPair {
   PatchPair pair;
 };
 
-/// Maps motions about the origin to motions about \p centre when transposed: see PoseUncertainty::informationAbout().
-Matrix6
-shifted(const Eigen::Vector3d& centre)
-{
-  Matrix6 a = Matrix6::Identity();
-  a.topRightCorner<3, 3>() << 0, -centre.z(), centre.y(), centre.z(), 0, -centre.x(), -centre.y(), centre.x(), 0;
-  return a;
-}
-
 /// A pose that was found but not polished, refined to the end and rated again.
 PairHypothesis
 polished(const PatchPair& pair, const Candidate& candidate)
@@ -221,7 +212,7 @@ equationsAt(const PreparedScan& source,
   const Eigen::AngleAxisd rotation(moved.linear());
   SurfaceEquations::Vector6 motion;
   motion << rotation.angle() * rotation.axis(), moved * step.centre - step.centre;
-  const Matrix6 a = shifted(step.centre + pair.target().origin);
+  const Matrix6 a = aboutOrigin(step.centre + pair.target().origin);
   const auto about = [&](const Matrix6& m) { return Matrix6(a * m * a.transpose()); };
   equations.hessian = about(step.hessian);
   equations.gradient = -a * step.hessian * motion;
