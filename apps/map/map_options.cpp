@@ -9,10 +9,10 @@
 #include <apps/io/csv_line.h>
 #include <apps/io/io_error.h>
 #include <apps/io/loaded_cloud.h>
-#include <apps/io/text_scanner.h>
+#include <apps/methods/option_numbers.h>
 
+#include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <sstream>
 
 namespace pcl_ssfr {
@@ -55,22 +55,14 @@ describeOptions()
   return all;
 }
 
-/// Numbers between commas. \throw UsageError
+/// parseNumbers() that are finite. \throw UsageError
 std::vector<double>
-numbers(const std::string& option, const std::string& text, std::size_t count)
+finiteNumbers(const std::string& option, const std::string& text, std::size_t count)
 {
-  std::vector<double> values;
-  std::istringstream stream(text);
-  for (std::string part; std::getline(stream, part, ',');) {
-    char* end = nullptr;
-    const double value = std::strtod(part.c_str(), &end);
-    if (part.empty() || *end != '\0' || !std::isfinite(value))
-      throw UsageError("--" + option + ": " + io::inQuotes(part) + " is no number");
-    values.push_back(value);
-  }
-  if (values.size() != count)
-    throw UsageError("--" + option + ": " + io::inQuotes(text) + " is not " + std::to_string(count) +
-                     (count == 1 ? " number" : " numbers between commas"));
+  std::vector<double> values =
+      parseNumbers(option, text, count, count == 1 ? "1 number" : std::to_string(count) + " numbers between commas");
+  if (!std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); }))
+    throw UsageError(option + ": " + io::inQuotes(text) + " is not finite");
   return values;
 }
 
@@ -106,7 +98,7 @@ parseMapArguments(const std::vector<std::string>& arguments)
     throw UsageError("--out is missing: the folder for the map");
   const std::string threads = textOf(values, "threads");
   if (!threads.empty()) {
-    const double count = numbers("threads", threads, 1).front();
+    const double count = finiteNumbers("--threads", threads, 1).front();
     if (!(count >= 0 && count <= kMaxThreads) || count != std::floor(count))
       throw UsageError("--threads: " + io::inQuotes(threads) + " is not a whole number from 0 to " +
                        std::to_string(kMaxThreads));
@@ -116,7 +108,7 @@ parseMapArguments(const std::vector<std::string>& arguments)
   if (!pairs.empty() && pairs != "all" && pairs != "auto")
     throw UsageError("--pairs: " + io::inQuotes(pairs) + " is neither all nor auto");
   if (const std::string gravity = textOf(values, "gravity"); !gravity.empty()) {
-    const std::vector<double> up = numbers("gravity", gravity, 3);
+    const std::vector<double> up = finiteNumbers("--gravity", gravity, 3);
     result.gravity = Eigen::Vector3d(up[0], up[1], up[2]);
     if (!(result.gravity->norm() > 0))
       throw UsageError("--gravity: " + io::inQuotes(gravity) + " has no direction");
@@ -125,7 +117,7 @@ parseMapArguments(const std::vector<std::string>& arguments)
   if (const std::string tolerance = textOf(values, "pose-tolerance"); !tolerance.empty()) {
     if (result.poses.empty())
       throw UsageError("--pose-tolerance: there are no --poses");
-    const std::vector<double> bounds = numbers("pose-tolerance", tolerance, 2);
+    const std::vector<double> bounds = finiteNumbers("--pose-tolerance", tolerance, 2);
     if (!(bounds[0] > 0 && bounds[0] <= 180 && bounds[1] > 0))
       throw UsageError("--pose-tolerance: " + io::inQuotes(tolerance) + " is not DEG,M with 0 < DEG <= 180 and M > 0");
     result.pose_rotation_deg = bounds[0];
@@ -143,7 +135,7 @@ parseMapArguments(const std::vector<std::string>& arguments)
   if (const std::string leaf = textOf(values, "merged-leaf"); !leaf.empty()) {
     if (result.merged.empty())
       throw UsageError("--merged-leaf: there is no --merged");
-    result.merged_leaf = numbers("merged-leaf", leaf, 1).front();
+    result.merged_leaf = finiteNumbers("--merged-leaf", leaf, 1).front();
     if (!(result.merged_leaf >= 0))
       throw UsageError("--merged-leaf: " + io::inQuotes(leaf) + " is less than 0");
   }
