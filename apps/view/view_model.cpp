@@ -4,6 +4,7 @@
 #include <apps/view/view_model.h>
 
 #include "common/angles.h"
+#include "common/stage_names.h"
 #include "profiles/hypothesis_source.h"
 #include "profiles/patch_pair.h"
 
@@ -371,8 +372,9 @@ ViewModel::fates(const ViewedPose& pose, bool of_source) const
 std::size_t
 ViewModel::passesMade() const
 {
-  const auto made = std::count_if(
-      result().stages.begin(), result().stages.end(), [](const StageReport& s) { return s.name == "translations"; });
+  const auto made = std::count_if(result().stages.begin(), result().stages.end(), [](const StageReport& s) {
+    return s.name == kTranslationsStage;
+  });
   return std::clamp<std::size_t>(static_cast<std::size_t>(made), 1, passes_.size());
 }
 

@@ -4,6 +4,7 @@
 #include "profiles/hypothesis_source.h"
 
 #include "common/parallel.h"
+#include "common/stage_names.h"
 #include "directions/scene_directions.h"
 #include "search/plan_search.h"
 
@@ -208,7 +209,7 @@ HypothesisSource::searchTranslations(const SearchPass& pass)
   std::vector<PoseHypothesis> found = searchTranslationsOfAll(searchOptions(pass));
   std::stable_sort(
       found.begin(), found.end(), [](const PoseHypothesis& a, const PoseHypothesis& b) { return a.score > b.score; });
-  stages_.report("translations", rotations_.size(), found.size());
+  stages_.report(kTranslationsStage, rotations_.size(), found.size());
   if (trace_) {
     TracedPass traced;
     traced.little_overlap = pass.little_overlap;
