@@ -4,6 +4,7 @@
 // Scans of a furnished room into one map: poses, covariances, bits, bad scans, a person's word, the project file.
 
 #include "multiway/project_file.h"
+#include "multiway/scan_pair.h"
 
 #include <pcl_ssfr/multiway/multiway_registration.h>
 
@@ -202,6 +203,26 @@ TEST_F(Room, onePointCloudOfPclIsAScan)
   EXPECT_EQ(registration.find("a"), 0);
   EXPECT_EQ(registration.find("b"), -1);
   EXPECT_TRUE(registration.preparedScan(0).isComplete());
+}
+
+TEST_F(Room, theEquationsOfALinkFollowItsConfigurationButNoVertical)
+{
+  MultiwayOptions options;
+  const auto prepared = prepareScans(view(0), view(1), options.registration);
+  const Eigen::Isometry3d T = truth_[1].inverse() * truth_[0];
+  const auto equations = [&] { return equationsAt(prepared.first, prepared.second, T, options, 0.01); };
+  double& share = options.registration.patch_profile.judgement.uncertainty.unseen_curvature;
+  const SurfaceEquations usual = equations();
+  ASSERT_GT(usual.matches, 100);
+  share = 0;
+  const SurfaceEquations least = equations();
+  EXPECT_LT(least.curvature.trace(), 0.999 * usual.curvature.trace());
+  EXPECT_EQ(least.hessian, usual.hessian);
+  share = UncertaintyConfig().unseen_curvature;
+  options.gravity = Eigen::Vector3d::UnitX();
+  options.gravity_tolerance = 1e-3;
+  EXPECT_EQ(equations().hessian, usual.hessian);
+  EXPECT_EQ(equations().gradient, usual.gradient);
 }
 
 TEST(Multiway, whatCannotBeDoneIsSaid)

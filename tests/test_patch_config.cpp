@@ -47,23 +47,38 @@ const std::map<std::string, std::string> kFlat = {
     {"judgement.telling_contradiction", "the same"},
 };
 
+/// Set a number to one of two values, by its kind.
+void
+assign(const ConfigNumber& number, double real, int count)
+{
+  if (number.count)
+    *number.count = count;
+  else
+    *number.real = real;
+}
+
+/// What validate() says of a config; empty: nothing.
+std::string
+problemOf(const PatchProfileConfig& config)
+{
+  try {
+    validate(config);
+  }
+  catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return "";
+}
+
 /// The usual config with number \p k multiplied; none: it may not have that value.
 std::optional<PatchProfileConfig>
 changed(std::size_t k, double factor)
 {
   PatchProfileConfig config;
   const ConfigNumber number = numbersOf(config)[k];
-  if (number.count)
-    *number.count = static_cast<int>(std::lround(*number.count * factor));
-  else
-    *number.real *= factor;
-  try {
-    validate(config);
-  }
-  catch (const std::invalid_argument&) {
-    return std::nullopt;
-  }
-  return config;
+  const double value = number.value() * factor;
+  assign(number, value, static_cast<int>(std::lround(value)));
+  return problemOf(config).empty() ? std::optional(config) : std::nullopt;
 }
 
 bool
@@ -356,17 +371,8 @@ TEST(PatchConfig, ErrorsNameTheFieldAndItsValue)
   for (std::size_t k = 0; k < numbersOf(usual).size(); ++k) {
     PatchProfileConfig config;
     const ConfigNumber number = numbersOf(config)[k];
-    if (number.count)
-      *number.count = -1;
-    else
-      *number.real = std::numeric_limits<double>::quiet_NaN();
-    try {
-      validate(config);
-      ADD_FAILURE() << number.name << " may be anything";
-    }
-    catch (const std::invalid_argument& error) {
-      EXPECT_THAT(error.what(), ::testing::StartsWith(number.name + " = "));
-    }
+    assign(number, std::numeric_limits<double>::quiet_NaN(), -1);
+    EXPECT_THAT(problemOf(config), ::testing::StartsWith(std::string(number.name) + " = "));
   }
   PatchProfileConfig config;
   config.preparation.leaf = std::numeric_limits<double>::quiet_NaN();

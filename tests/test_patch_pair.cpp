@@ -232,11 +232,11 @@ TEST_F(PatchPairOfARoom, TheSamePlaceIsNearInRotationAndInTranslationOfTheSensor
 TEST_F(PatchPairOfARoom, FreeSpaceNeedsBothSensors)
 {
   EXPECT_TRUE(pair(options_).seesFreeSpace());
-  EXPECT_EQ(pair(options_).targetImage(), &target_->range_image);
+  EXPECT_EQ(target_->freeSpace(), &target_->range_image);
   PatchScan blind = *target_;
   blind.range_image = RangeImage();
   EXPECT_FALSE(PatchPair(*source_, blind, options_, nullptr, Deadline()).seesFreeSpace());
-  EXPECT_EQ(PatchPair(*source_, blind, options_, nullptr, Deadline()).targetImage(), nullptr);
+  EXPECT_EQ(blind.freeSpace(), nullptr);
   EXPECT_FALSE(PatchPair(blind, *target_, options_, nullptr, Deadline()).seesFreeSpace());
 }
 

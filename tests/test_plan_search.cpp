@@ -5,6 +5,7 @@
 #include "patch_scenes.h"
 #include "pose_matchers.h"
 #include "search/plan_search.h"
+#include "searched_scans.h"
 
 #include <gtest/gtest.h>
 
@@ -45,15 +46,6 @@ TEST(PairedAxes, OppositeInBothScansAreOne)
   EXPECT_EQ(pairs[0].target, -pairs[1].target);
 }
 
-/// A scan as the search takes it.
-struct Scan {
-  PlanarPatches patches;
-  PatchIndex index;
-  RangeImage image;
-  VotingSamples votes;
-  Vector3d up;
-};
-
 /// An open place: ground, and boards that face every way, so that the ground's is the only main normal.
 std::vector<testing::Rectangle>
 openPlace()
@@ -71,22 +63,11 @@ openPlace()
   return rectangles;
 }
 
-Scan
+testing::SearchedScan
 makeScan(const Eigen::Isometry3d& T_world_sensor, std::uint64_t seed)
 {
-  const Eigen::Matrix3Xf points =
-      testing::transformed(T_world_sensor.inverse(), testing::samplePoints(openPlace(), 40, seed));
-  const ThinnedCloud cloud = thinScan(testing::viewOfPoints(points), 0.1, Vector3d::Zero());
-  const Vector3d viewpoint = Vector3d::Zero();
-  PatchOptions options;
-  options.coarsest_level = 5;
-  Scan scan;
-  scan.patches = extractPatches(cloud, &viewpoint, 0.02, options);
-  scan.index = PatchIndex(scan.patches, 0.5);
-  scan.image = RangeImage(cloud.points, viewpoint.cast<float>(), 0.03);
-  scan.up = T_world_sensor.linear().transpose() * Vector3d::UnitZ();
-  scan.votes = drawVotingSamples(scan.patches.samples, {{scan.up, 1}}, 160);
-  return scan;
+  const Vector3d up = T_world_sensor.linear().transpose() * Vector3d::UnitZ();
+  return testing::makeSearchedScan(openPlace(), T_world_sensor, {{up, 1}}, {40, 0.1, 0.02, 0.03}, seed);
 }
 
 class PlanSearch : public ::testing::Test {
@@ -105,14 +86,16 @@ protected:
                        target_.patches.samples,
                        target_.index,
                        with_image ? &target_.image : nullptr,
-                       {source_.up, target_.up},
+                       {up_source_, up_target_},
                        options_);
   }
 
   const Eigen::Isometry3d T_world_target_ = testing::sensorPose(Vector3d(0.3, 0.4, 1.7), 0.7, 0.1);
   const Eigen::Isometry3d T_world_source_ = testing::sensorPose(Vector3d(-5.2, 3.6, 2.1), -1.3, 0.4);
-  const Scan target_ = makeScan(T_world_target_, 1);
-  const Scan source_ = makeScan(T_world_source_, 2);
+  const testing::SearchedScan target_ = makeScan(T_world_target_, 1);
+  const testing::SearchedScan source_ = makeScan(T_world_source_, 2);
+  const Vector3d up_source_ = source_.main_normals.front().direction;
+  const Vector3d up_target_ = target_.main_normals.front().direction;
   const Eigen::Isometry3d truth_ = testing::relativePose(T_world_target_, T_world_source_);
   PlanSearchOptions options_;
 };
@@ -128,7 +111,7 @@ TEST_F(PlanSearch, FindsThePoseByTheGroundAndWhatStandsOnIt)
       EXPECT_TRUE(testing::isRigid(found[i].T_target_source, 1e-9));
       EXPECT_GT(found[i].votes, 0);
       EXPECT_TRUE(i == 0 || found[i - 1].score >= found[i].score);
-      EXPECT_TRUE((found[i].T_target_source.linear() * source_.up).isApprox(target_.up, 1e-9));
+      EXPECT_TRUE((found[i].T_target_source.linear() * up_source_).isApprox(up_target_, 1e-9));
     }
   }
 }
@@ -148,7 +131,7 @@ TEST_F(PlanSearch, IsTheSameForAnyThreadCount)
 TEST_F(PlanSearch, OnlyWhatIsAllowedIsLookedAt)
 {
   // Three metres from the truth: what lies there is looked at, though much else matches better.
-  const Eigen::Isometry3d elsewhere = Eigen::Translation3d(target_.up.unitOrthogonal() * 3) * truth_;
+  const Eigen::Isometry3d elsewhere = Eigen::Translation3d(up_target_.unitOrthogonal() * 3) * truth_;
   options_.is_allowed = [&](const Eigen::Isometry3d& T) {
     return (T.translation() - elsewhere.translation()).norm() < 1.5;
   };
@@ -168,7 +151,7 @@ TEST_F(PlanSearch, NothingToSeeNothingFound)
                           target_.patches.samples,
                           target_.index,
                           &target_.image,
-                          {source_.up, target_.up},
+                          {up_source_, up_target_},
                           options_)
                   .empty());
   // Nothing stands on the ground.
@@ -179,7 +162,7 @@ TEST_F(PlanSearch, NothingToSeeNothingFound)
                           target_.patches.samples,
                           target_.index,
                           nullptr,
-                          {Vector3d::UnitZ(), target_.up},
+                          {Vector3d::UnitZ(), up_target_},
                           options_)
                   .empty());
   options_.voting.deadline = Deadline::after(1e-9);

@@ -81,6 +81,21 @@ expectSame(const PlaneEquations& a, const PlaneEquations& b)
   EXPECT_EQ(a.matches, b.matches);
 }
 
+TEST(PlaneEquations, MomentsAboutAnotherOrigin)
+{
+  testing::Random random(5);
+  for (int trial = 0; trial < 20; ++trial) {
+    const Eigen::Vector3d p = randomVector(random, 4);
+    const Eigen::Vector3d n = randomVector(random, 1).normalized();
+    const Eigen::Vector3d centre = randomVector(random, 10);
+    Vector6 about_centre, about_origin;
+    about_centre << p.cross(n), n;
+    about_origin << (p + centre).cross(n), n;
+    EXPECT_TRUE((aboutOrigin(centre) * about_centre).isApprox(about_origin, 1e-12)) << trial;
+  }
+  EXPECT_EQ(aboutOrigin(Eigen::Vector3d::Zero()), Matrix6(Matrix6::Identity()));
+}
+
 TEST(PlaneEquations, AreThoseOfTheirMatches)
 {
   for (const std::size_t count : {1, 7, 8, 9, 100, 256})

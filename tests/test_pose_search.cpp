@@ -4,6 +4,7 @@
 #include "patch_scenes.h"
 #include "pose_matchers.h"
 #include "search/pose_search.h"
+#include "searched_scans.h"
 
 #include <pcl_ssfr/patch_config.h>
 
@@ -16,7 +17,6 @@ namespace pcl_ssfr {
 namespace {
 
 using testing::addPatch;
-using testing::viewOfPoints;
 
 std::vector<MainNormal>
 normals(const std::vector<Eigen::Vector3d>& directions)
@@ -39,39 +39,19 @@ roomNormals(const Eigen::Matrix3d& R)
   return normals(directions);
 }
 
-/// A scan as the search takes it.
-struct Scan {
-  PlanarPatches patches;
-  PatchIndex index;
-  RangeImage image;
-  VotingSamples votes;
-  std::vector<MainNormal> main_normals;
-};
-
-Scan
+testing::SearchedScan
 makeScan(const std::vector<testing::Rectangle>& rectangles, const Eigen::Isometry3d& T_world_sensor, std::uint64_t seed)
 {
-  const Eigen::Matrix3Xf points =
-      testing::transformed(T_world_sensor.inverse(), testing::samplePoints(rectangles, 400, seed));
-  const ThinnedCloud cloud = thinScan(viewOfPoints(points), 0.05, Eigen::Vector3d::Zero());
-  const Eigen::Vector3d viewpoint = Eigen::Vector3d::Zero();
-  PatchOptions options;
-  options.coarsest_level = 5;
-  Scan scan;
-  scan.patches = extractPatches(cloud, &viewpoint, 0.01, options);
-  scan.index = PatchIndex(scan.patches, 0.5);
-  scan.image = RangeImage(cloud.points, viewpoint.cast<float>(), 0.05);
-  scan.main_normals = roomNormals(T_world_sensor.linear().transpose());
-  scan.votes = drawVotingSamples(scan.patches.samples, scan.main_normals, 160);
-  return scan;
+  return testing::makeSearchedScan(
+      rectangles, T_world_sensor, roomNormals(T_world_sensor.linear().transpose()), {400, 0.05, 0.01, 0.05}, seed);
 }
 
 class PoseSearch : public ::testing::Test {
 protected:
   const Eigen::Isometry3d T_world_target_ = testing::sensorPose(Eigen::Vector3d(0.3, 0.4, 0.2), 0.7, 0.1);
   const Eigen::Isometry3d T_world_source_ = testing::sensorPose(Eigen::Vector3d(-0.9, -0.6, 0.1), -1.3, 0.05);
-  const Scan target_ = makeScan(testing::roomRectangles(), T_world_target_, 1);
-  const Scan source_ = makeScan(testing::roomRectangles(), T_world_source_, 2);
+  const testing::SearchedScan target_ = makeScan(testing::roomRectangles(), T_world_target_, 1);
+  const testing::SearchedScan source_ = makeScan(testing::roomRectangles(), T_world_source_, 2);
   const Eigen::Isometry3d truth_ = testing::relativePose(T_world_target_, T_world_source_);
 
   std::vector<PoseHypothesis>
@@ -201,8 +181,8 @@ TEST(LittleOverlap, IsFoundThoughFewVoteForIt)
   // piers.
   const Eigen::Isometry3d T_world_target = testing::sensorPose(Eigen::Vector3d(0, 0, 0.2), 0, 0);
   const Eigen::Isometry3d T_world_source = testing::sensorPose(Eigen::Vector3d(10, 0, 0.2), 0, 0);
-  const Scan target = makeScan(bays(0), T_world_target, 1);
-  const Scan source = makeScan(bays(10), T_world_source, 2);
+  const testing::SearchedScan target = makeScan(bays(0), T_world_target, 1);
+  const testing::SearchedScan source = makeScan(bays(10), T_world_source, 2);
   const Eigen::Isometry3d truth = testing::relativePose(T_world_target, T_world_source);
   PoseSearchOptions options;
   options.visibility.free_margin = 0.1f;

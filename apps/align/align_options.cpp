@@ -3,13 +3,12 @@
 
 #include <apps/align/align_options.h>
 
+#include <apps/common/command_line.h>
 #include <apps/io/e57_format.h>
 #include <apps/io/loaded_cloud.h>
 #include <apps/io/text_scanner.h>
 #include <apps/methods/method_options.h>
 #include <apps/methods/method_run.h>
-
-#include <boost/program_options.hpp>
 
 #include <filesystem>
 #include <sstream>
@@ -48,25 +47,6 @@ describeOptions()
   return all;
 }
 
-po::variables_map
-parseTokens(const std::vector<std::string>& arguments)
-{
-  po::options_description all = describeOptions();
-  all.add_options()("clouds", po::value<std::vector<std::string>>());
-  po::positional_options_description positional;
-  positional.add("clouds", -1);
-  namespace style = po::command_line_style;
-  constexpr int kStyle = style::unix_style & ~style::allow_guessing; // an abbreviation is an unknown option
-  po::variables_map values;
-  try {
-    po::store(po::command_line_parser(arguments).options(all).positional(positional).style(kStyle).run(), values);
-  }
-  catch (const po::error& error) {
-    throw UsageError(error.what());
-  }
-  return values;
-}
-
 /// Nothing may be lost: neither one result to another, nor a scan to a result. What is no file, as /dev/null, may be
 /// named twice.
 void
@@ -100,14 +80,11 @@ checkFiles(const AlignArguments& arguments)
 AlignArguments
 parseAlignArguments(const std::vector<std::string>& arguments)
 {
-  const po::variables_map values = parseTokens(arguments);
+  const po::variables_map values = parseCommandLine(arguments, describeOptions(), "clouds");
   AlignArguments result;
-  result.help = values.count("help") > 0;
-  result.version = !result.help && values.count("version") > 0;
-  if (result.help || result.version)
+  if (asksForText(values, result))
     return result;
-  const auto clouds =
-      values.count("clouds") ? values["clouds"].as<std::vector<std::string>>() : std::vector<std::string>();
+  const std::vector<std::string> clouds = textsOf(values, "clouds");
   if (clouds.size() < 2)
     throw UsageError(clouds.empty() ? "SOURCE and TARGET are missing" : "TARGET is missing");
   if (clouds.size() > 2)
@@ -117,17 +94,10 @@ parseAlignArguments(const std::vector<std::string>& arguments)
   for (const auto& [name, file] : {std::pair("SOURCE", result.source), std::pair("TARGET", result.target)})
     if (file.empty())
       throw UsageError(std::string(name) + " is empty");
-  const auto set = [&values](const char* name, std::string& target) {
-    if (!values.count(name))
-      return;
-    target = values[name].as<std::string>();
-    if (target.empty())
-      throw UsageError(std::string("--") + name + ": the value is empty");
-  };
-  set("output", result.output);
-  set("transform", result.transform);
-  set("json", result.json);
-  set("pictures", result.pictures);
+  result.output = textOf(values, "output");
+  result.transform = textOf(values, "transform");
+  result.json = textOf(values, "json");
+  result.pictures = textOf(values, "pictures");
   if (!result.output.empty() && !io::isWritableFormat(result.output))
     throw UsageError("--output: " + result.output + " is not a file of " + io::writableFormats());
   static_cast<MethodArguments&>(result) = readMethodOptions(values);

@@ -3,10 +3,10 @@
 
 #include <apps/benchmark/benchmark_options.h>
 
+#include <apps/common/command_line.h>
 #include <apps/io/text_scanner.h>
 #include <apps/methods/method_registry.h>
-
-#include <boost/program_options.hpp>
+#include <apps/methods/option_numbers.h>
 
 #include <algorithm>
 #include <cmath>
@@ -19,7 +19,6 @@ namespace {
 
 namespace po = boost::program_options;
 
-constexpr unsigned kHelpWidth = 100;
 constexpr unsigned kMaxJobs = 1024;
 constexpr double kWallPerCpu = 10; ///< a method that waits, for a busy machine or for ever, ends too
 constexpr std::uint64_t kMaxPictures = 100000;
@@ -89,12 +88,6 @@ describeOptions()
   return all;
 }
 
-UsageError
-wrong(const std::string& option, const std::string& value, const std::string& what)
-{
-  return UsageError("--" + option + ": " + io::inQuotes(value) + " " + what);
-}
-
 std::vector<std::string>
 splitList(const std::string& text)
 {
@@ -129,26 +122,19 @@ public:
   std::string
   text(const char* name, const std::string& fallback = {}) const
   {
-    if (map_.count(name) == 0)
-      return fallback;
-    auto value = map_[name].as<std::string>();
-    if (value.empty())
-      throw UsageError(std::string("--") + name + ": the value is empty");
-    return value;
+    return map_.count(name) == 0 ? fallback : textOf(map_, name);
   }
   std::uint64_t
   count(const char* name, std::uint64_t fallback, std::uint64_t low, std::uint64_t high) const
   {
-    if (map_.count(name) == 0)
-      return fallback;
-    return parsed(name, text(name), low, high);
+    return map_.count(name) == 0 ? fallback : parseWhole(std::string("--") + name, text(name), low, high);
   }
   std::vector<std::size_t>
   counts(const char* name) const
   {
     std::vector<std::size_t> values;
     for (const std::string& part : splitList(text(name)))
-      values.push_back(parsed(name, part, 0, std::uint64_t{1} << 40));
+      values.push_back(parseWhole(std::string("--") + name, part, 0, std::uint64_t{1} << 40));
     return values;
   }
   double
@@ -167,45 +153,20 @@ public:
   }
 
 private:
-  static std::uint64_t
-  parsed(const char* name, const std::string& value, std::uint64_t low, std::uint64_t high)
-  {
-    const auto number = io::parseCount(value);
-    if (!number || *number < low || *number > high)
-      throw wrong(name, value, "is not a whole number from " + std::to_string(low) + " to " + std::to_string(high));
-    return *number;
-  }
   static double
   parsed(const char* name, const std::string& value, double low, double high)
   {
     const auto number = io::parseNumber(value);
     if (!number || !(*number >= low && *number < high)) {
-      std::ostringstream range;
-      range << "is not a number from " << low << " to below " << high;
-      throw wrong(name, value, range.str());
+      std::ostringstream text;
+      text << "--" << name << ": " << io::inQuotes(value) << " is not a number from " << low << " to below " << high;
+      throw UsageError(text.str());
     }
     return *number;
   }
 
   const po::variables_map& map_;
 };
-
-po::variables_map
-parseTokens(const std::vector<std::string>& arguments)
-{
-  namespace style = po::command_line_style;
-  constexpr int kStyle = style::unix_style & ~style::allow_guessing; // an abbreviation is an unknown option
-  po::variables_map values;
-  const po::positional_options_description none;
-  try {
-    po::store(po::command_line_parser(arguments).options(describeOptions()).positional(none).style(kStyle).run(),
-              values);
-  }
-  catch (const po::error& error) {
-    throw UsageError(error.what());
-  }
-  return values;
-}
 
 /// What is not varied by a list.
 Variation
@@ -246,11 +207,9 @@ readVariation(const po::variables_map& map, const Values& values)
 BenchmarkArguments
 parseBenchmarkArguments(const std::vector<std::string>& arguments)
 {
-  const po::variables_map map = parseTokens(arguments);
+  const po::variables_map map = parseCommandLine(arguments, describeOptions());
   BenchmarkArguments result;
-  result.help = map.count("help") > 0;
-  result.version = !result.help && map.count("version") > 0;
-  if (result.help || result.version)
+  if (asksForText(map, result))
     return result;
   constexpr double kFar = 1e6;       // [m] and [s]
   constexpr double kShortest = 1e-3; // [s]
@@ -260,10 +219,9 @@ parseBenchmarkArguments(const std::vector<std::string>& arguments)
     throw UsageError("--dataset is missing");
   if (map.count("out") == 0)
     throw UsageError("--out is missing");
-  if (map.count("dataset") > 0)
-    result.datasets = map["dataset"].as<std::vector<std::string>>();
+  result.datasets = textsOf(map, "dataset");
   if (map.count("methods") > 0) {
-    for (const std::string& list : map["methods"].as<std::vector<std::string>>())
+    for (const std::string& list : textsOf(map, "methods"))
       for (const std::string& name : splitList(list))
         result.methods.push_back(name);
     if (result.methods.empty())

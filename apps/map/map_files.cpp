@@ -3,6 +3,8 @@
 
 #include <apps/map/map_files.h>
 
+#include "common/angles.h"
+
 #include <pcl_ssfr/version.h>
 
 #include <apps/common/format_text.h>
@@ -17,7 +19,6 @@ namespace apps {
 
 namespace {
 
-constexpr double kDegrees = 57.29577951308232;
 constexpr double kMegabyte = 1e6;
 constexpr std::size_t kPrinted = 12; // scans or links of a kind
 
@@ -73,7 +74,7 @@ posesCsv(const MultiwayMap& map)
   std::string text = "scan,component" + matrixNames() + ",sigma_rotation_deg,sigma_translation_m,links,reason\n";
   for (const MapScan& scan : map.scans)
     text += io::csvField(scan.name) + format(",%d", scan.component) + matrixFields(scan.T_map_scan) +
-            format(",%.6g,%.6g,%d,", scan.sigma_rotation * kDegrees, scan.sigma_translation, scan.links) +
+            format(",%.6g,%.6g,%d,", scan.sigma_rotation * kDegreesPerRadian, scan.sigma_translation, scan.links) +
             io::csvField(scan.reason) + "\n";
   return text;
 }
@@ -95,7 +96,7 @@ linksCsv(const MultiwayMap& map)
                    link.strength.y(),
                    link.strength.z(),
                    link.below_6mm,
-                   link.residual_rotation * kDegrees,
+                   link.residual_rotation * kDegreesPerRadian,
                    link.residual_translation) +
             io::csvField(link.reason) + matrixFields(link.T_target_source) + "\n";
   return text;
@@ -159,7 +160,7 @@ mapJson(const MapOutput& output)
     for (const int scan : loop.scans)
       row["scans"].push_back(nameOf(map, scan));
     row["translation_m"] = loop.translation;
-    row["rotation_deg"] = loop.rotation * kDegrees;
+    row["rotation_deg"] = loop.rotation * kDegreesPerRadian;
     json["loops"]["worst"].push_back(row);
   }
   json["bridges"] = nlohmann::ordered_json::array();

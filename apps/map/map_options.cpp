@@ -5,16 +5,14 @@
 
 #include <pcl_ssfr/options.h>
 
+#include <apps/common/command_line.h>
 #include <apps/io/csv_line.h>
 #include <apps/io/io_error.h>
 #include <apps/io/loaded_cloud.h>
-#include <apps/io/text_scanner.h>
-#include <apps/methods/method_options.h>
+#include <apps/methods/option_numbers.h>
 
-#include <boost/program_options.hpp>
-
+#include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <sstream>
 
 namespace pcl_ssfr {
@@ -57,22 +55,14 @@ describeOptions()
   return all;
 }
 
-/// Numbers between commas. \throw UsageError
+/// parseNumbers() that are finite. \throw UsageError
 std::vector<double>
-numbers(const std::string& option, const std::string& text, std::size_t count)
+finiteNumbers(const std::string& option, const std::string& text, std::size_t count)
 {
-  std::vector<double> values;
-  std::istringstream stream(text);
-  for (std::string part; std::getline(stream, part, ',');) {
-    char* end = nullptr;
-    const double value = std::strtod(part.c_str(), &end);
-    if (part.empty() || *end != '\0' || !std::isfinite(value))
-      throw UsageError("--" + option + ": " + io::inQuotes(part) + " is no number");
-    values.push_back(value);
-  }
-  if (values.size() != count)
-    throw UsageError("--" + option + ": " + io::inQuotes(text) + " is not " + std::to_string(count) +
-                     (count == 1 ? " number" : " numbers between commas"));
+  std::vector<double> values =
+      parseNumbers(option, text, count, count == 1 ? "1 number" : std::to_string(count) + " numbers between commas");
+  if (!std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); }))
+    throw UsageError(option + ": " + io::inQuotes(text) + " is not finite");
   return values;
 }
 
@@ -91,89 +81,68 @@ pairOf(const std::string& option, const std::string& text)
 MapArguments
 parseMapArguments(const std::vector<std::string>& arguments)
 {
-  po::options_description all = describeOptions();
-  all.add_options()("inputs", po::value<Texts>());
-  po::positional_options_description positional;
-  positional.add("inputs", -1);
-  namespace style = po::command_line_style;
-  constexpr int kStyle = style::unix_style & ~style::allow_guessing; // an abbreviation is an unknown option
-  po::variables_map values;
-  try {
-    po::store(po::command_line_parser(arguments).options(all).positional(positional).style(kStyle).run(), values);
-  }
-  catch (const po::error& error) {
-    throw UsageError(error.what());
-  }
+  const po::variables_map values = parseCommandLine(arguments, describeOptions(), "inputs");
   MapArguments result;
-  result.help = values.count("help") > 0;
-  result.version = !result.help && values.count("version") > 0;
-  if (result.help || result.version)
+  if (asksForText(values, result))
     return result;
   for (const std::string& word : arguments)
     result.words += (result.words.empty() ? "" : " ") + word;
-  const auto get = [&](const char* name) {
-    std::string value = values.count(name) ? values[name].as<std::string>() : "";
-    if (values.count(name) && value.empty())
-      throw UsageError(std::string("--") + name + ": the value is empty");
-    return value;
-  };
-  const auto list = [&](const char* name) { return values.count(name) ? values[name].as<Texts>() : Texts(); };
-  result.inputs = list("inputs");
+  result.inputs = textsOf(values, "inputs");
   if (result.inputs.empty())
     throw UsageError("INPUT is missing: files or folders of scans");
   for (const std::string& input : result.inputs)
     if (input.empty())
       throw UsageError("INPUT is empty");
-  result.out = get("out");
+  result.out = textOf(values, "out");
   if (result.out.empty())
     throw UsageError("--out is missing: the folder for the map");
-  const std::string threads = get("threads");
+  const std::string threads = textOf(values, "threads");
   if (!threads.empty()) {
-    const double count = numbers("threads", threads, 1).front();
+    const double count = finiteNumbers("--threads", threads, 1).front();
     if (!(count >= 0 && count <= kMaxThreads) || count != std::floor(count))
       throw UsageError("--threads: " + io::inQuotes(threads) + " is not a whole number from 0 to " +
                        std::to_string(kMaxThreads));
     result.threads = static_cast<unsigned>(count);
   }
-  const std::string pairs = get("pairs");
+  const std::string pairs = textOf(values, "pairs");
   if (!pairs.empty() && pairs != "all" && pairs != "auto")
     throw UsageError("--pairs: " + io::inQuotes(pairs) + " is neither all nor auto");
-  if (const std::string gravity = get("gravity"); !gravity.empty()) {
-    const std::vector<double> up = numbers("gravity", gravity, 3);
+  if (const std::string gravity = textOf(values, "gravity"); !gravity.empty()) {
+    const std::vector<double> up = finiteNumbers("--gravity", gravity, 3);
     result.gravity = Eigen::Vector3d(up[0], up[1], up[2]);
     if (!(result.gravity->norm() > 0))
       throw UsageError("--gravity: " + io::inQuotes(gravity) + " has no direction");
   }
-  result.poses = get("poses");
-  if (const std::string tolerance = get("pose-tolerance"); !tolerance.empty()) {
+  result.poses = textOf(values, "poses");
+  if (const std::string tolerance = textOf(values, "pose-tolerance"); !tolerance.empty()) {
     if (result.poses.empty())
       throw UsageError("--pose-tolerance: there are no --poses");
-    const std::vector<double> bounds = numbers("pose-tolerance", tolerance, 2);
+    const std::vector<double> bounds = finiteNumbers("--pose-tolerance", tolerance, 2);
     if (!(bounds[0] > 0 && bounds[0] <= 180 && bounds[1] > 0))
       throw UsageError("--pose-tolerance: " + io::inQuotes(tolerance) + " is not DEG,M with 0 < DEG <= 180 and M > 0");
     result.pose_rotation_deg = bounds[0];
     result.pose_translation_m = bounds[1];
   }
-  result.pins = list("pin");
-  for (const std::string& text : list("accept"))
+  result.pins = textsOf(values, "pin");
+  for (const std::string& text : textsOf(values, "accept"))
     result.accepted.push_back(pairOf("accept", text));
-  for (const std::string& text : list("reject"))
+  for (const std::string& text : textsOf(values, "reject"))
     result.rejected.push_back(pairOf("reject", text));
-  result.control = get("control");
-  result.merged = get("merged");
+  result.control = textOf(values, "control");
+  result.merged = textOf(values, "merged");
   if (!result.merged.empty() && !io::isWritableFormat(result.merged))
     throw UsageError("--merged: " + result.merged + " is not a .pcd or .ply file");
-  if (const std::string leaf = get("merged-leaf"); !leaf.empty()) {
+  if (const std::string leaf = textOf(values, "merged-leaf"); !leaf.empty()) {
     if (result.merged.empty())
       throw UsageError("--merged-leaf: there is no --merged");
-    result.merged_leaf = numbers("merged-leaf", leaf, 1).front();
+    result.merged_leaf = finiteNumbers("--merged-leaf", leaf, 1).front();
     if (!(result.merged_leaf >= 0))
       throw UsageError("--merged-leaf: " + io::inQuotes(leaf) + " is less than 0");
   }
-  result.truth = get("truth");
+  result.truth = textOf(values, "truth");
   result.resume = values.count("resume") > 0;
   result.tum = values.count("tum") > 0;
-  result.json = get("json");
+  result.json = textOf(values, "json");
   return result;
 }
 

@@ -3,6 +3,8 @@
 
 #include <apps/map/map_page.h>
 
+#include "common/angles.h"
+
 #include <apps/common/json_values.h>
 
 #include <cmath>
@@ -12,7 +14,6 @@ namespace apps {
 
 namespace {
 
-constexpr double kDegrees = 57.29577951308232;
 constexpr double kDigits = 1e3; // coordinates are drawn to a millimetre
 
 double
@@ -57,7 +58,7 @@ mapPage(const MapOutput& output,
     row["place"] = {rounded(place.x()), rounded(place.y()), rounded(place.z())};
     row["links"] = scan.links;
     row["sigma_mm"] = numberOrNull(1e3 * scan.sigma_translation);
-    row["sigma_deg"] = numberOrNull(kDegrees * scan.sigma_rotation);
+    row["sigma_deg"] = numberOrNull(kDegreesPerRadian * scan.sigma_rotation);
     row["reason"] = scan.reason;
     if (output.errors && output.errors->scans[i])
       row["error_mm"] = 1e3 * output.errors->scans[i]->translation_m;
@@ -82,7 +83,7 @@ mapPage(const MapOutput& output,
                              {"strength", {link.strength.x(), link.strength.y(), link.strength.z()}},
                              {"below_6mm", numberOrNull(link.below_6mm)},
                              {"residual_mm", numberOrNull(1e3 * link.residual_translation)},
-                             {"residual_deg", numberOrNull(kDegrees * link.residual_rotation)},
+                             {"residual_deg", numberOrNull(kDegreesPerRadian * link.residual_rotation)},
                              {"bridge", link.bridge},
                              {"reason", link.reason}});
   }

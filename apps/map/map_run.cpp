@@ -3,6 +3,7 @@
 
 #include <apps/map/map_run.h>
 
+#include "common/angles.h"
 #include "profiles/prepared_data.h"
 
 #include <pcl_ssfr/multiway/multiway_registration.h>
@@ -41,7 +42,6 @@ oneScanTwice(const std::string& option, const std::string& a, const std::string&
 
 namespace fs = std::filesystem;
 
-constexpr double kRadians = 0.017453292519943295;
 constexpr Eigen::Index kOutlinePoints = 400; // of a scan, in the report
 constexpr double kFarFromOrigin = 1e4;       // [m] from which on a float is too coarse
 
@@ -188,7 +188,7 @@ private:
       if (const Eigen::Isometry3d* pose = findByName(poses_, files_[i].name)) {
         PosePrior prior;
         prior.T_map_scan = *pose * Eigen::Translation3d(offsets_[i]);
-        prior.rotation = arguments_.pose_rotation_deg * kRadians;
+        prior.rotation = arguments_.pose_rotation_deg * kDegree;
         prior.translation = arguments_.pose_translation_m;
         registration.setPosePrior(static_cast<int>(i), prior);
         ++known;

@@ -3,10 +3,11 @@
 
 #include <apps/map/map_truth.h>
 
+#include "common/rotation_math.h"
+
 #include <apps/map/pose_list.h>
 
 #include <Eigen/Cholesky>
-#include <Eigen/SVD>
 
 #include <algorithm>
 #include <cmath>
@@ -16,8 +17,6 @@ namespace pcl_ssfr {
 namespace apps {
 
 namespace {
-
-constexpr double kDegrees = 57.29577951308232;
 
 using Poses = std::vector<Eigen::Isometry3d>;
 
@@ -40,7 +39,7 @@ largest(const std::vector<double>& values)
 double
 angle(const Eigen::Matrix3d& R)
 {
-  return Eigen::AngleAxisd(R).angle() * kDegrees;
+  return Eigen::AngleAxisd(R).angle() * kDegreesPerRadian;
 }
 
 /// The rigid motion from the map to the truth in the least squares sense: rotations and places of some scans.
@@ -61,11 +60,8 @@ fit(const std::vector<std::size_t>& scans,
     sum += (truth[i] * places[i] - mean_truth) * (map[i] * places[i] - mean_map).transpose();
     sum += truth[i].linear() * map[i].linear().transpose(); // as places one metre around the sensor
   }
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Eigen::Matrix3d sign = Eigen::Matrix3d::Identity();
-  sign(2, 2) = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1;
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-  T.linear() = svd.matrixU() * sign * svd.matrixV().transpose();
+  T.linear() = nearestRotation(sum);
   T.translation() = mean_truth - T.linear() * mean_map;
   return T;
 }

@@ -3,6 +3,8 @@
 
 #include <apps/map/pose_list.h>
 
+#include "common/rotation_math.h"
+
 #include <apps/io/csv_line.h>
 #include <apps/io/file_bytes.h>
 #include <apps/io/text_scanner.h>
@@ -182,14 +184,12 @@ fitPlaces(const std::vector<Eigen::Vector3d>& from, const std::vector<Eigen::Vec
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
   for (std::size_t i = 0; i < from.size(); ++i)
     sum += (to[i] - mean_to) * (from[i] - mean_from).transpose();
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Eigen::Vector3d extents = Eigen::JacobiSVD<Eigen::Matrix3d>(sum).singularValues(); // squared
   constexpr double kLine = 1e-3; // second extent over the first one: points on a line leave a rotation open
-  if (from.size() < 3 || !(svd.singularValues()[1] > kLine * kLine * svd.singularValues()[0]))
+  if (from.size() < 3 || !(extents[1] > kLine * kLine * extents[0]))
     throw std::invalid_argument("it takes three places or more that are not on a line");
-  Eigen::Matrix3d sign = Eigen::Matrix3d::Identity();
-  sign(2, 2) = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1;
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-  T.linear() = svd.matrixU() * sign * svd.matrixV().transpose();
+  T.linear() = nearestRotation(sum);
   T.translation() = mean_to - T.linear() * mean_from;
   return T;
 }

@@ -3,9 +3,12 @@
 
 #include <apps/methods/method_options.h>
 
-#include <apps/common/usage_error.h>
+#include "common/angles.h"
+
+#include <apps/common/command_line.h>
 #include <apps/io/text_scanner.h>
 #include <apps/methods/method_run.h>
+#include <apps/methods/option_numbers.h>
 
 #include <cmath>
 #include <ostream>
@@ -22,22 +25,6 @@ namespace po = boost::program_options;
 constexpr const char* kDefaultMethod = "ssfr";
 constexpr const char* kPaperMethod = "ssfr_paper2017";
 
-/// The numbers of an option that wants \p count of them; \p form: how they are asked for.
-std::vector<double>
-parseNumbers(const std::string& option, const std::string& text, std::size_t count, const std::string& form)
-{
-  std::vector<double> values;
-  for (const auto token : io::splitTokens(text)) {
-    const auto value = io::parseNumber(token);
-    if (!value)
-      throw UsageError(option + ": " + io::inQuotes(token) + " is not a number");
-    values.push_back(*value);
-  }
-  if (values.size() != count)
-    throw UsageError(option + ": " + io::inQuotes(text) + " is not " + form);
-  return values;
-}
-
 Eigen::Vector3d
 parseGravity(const std::string& text)
 {
@@ -48,8 +35,6 @@ parseGravity(const std::string& text)
     throw UsageError("--gravity: " + io::inQuotes(text) + " is not a direction");
   return direction;
 }
-
-constexpr double kDegree = 3.14159265358979323846 / 180;
 
 /// [rad]
 double
@@ -255,11 +240,7 @@ readMethodOptions(const po::variables_map& values)
 {
   MethodArguments result;
   result.method = values["method"].as<std::string>();
-  if (values.count("guess")) {
-    result.guess_file = values["guess"].as<std::string>();
-    if (result.guess_file.empty())
-      throw UsageError("--guess: the value is empty");
-  }
+  result.guess_file = textOf(values, "guess");
   if (!findMethod(result.method))
     throw UsageError("--method: " + io::inQuotes(result.method) + " " + describeUnknown(result.method));
   const Profile profile = chooseProfile(values, result.method);

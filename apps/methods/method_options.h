@@ -14,8 +14,6 @@
 namespace pcl_ssfr {
 namespace apps {
 
-constexpr unsigned kHelpWidth = 100; ///< of the lines of --help
-
 /// How a registration is run, as the command line says it.
 struct MethodArguments {
   std::string method = "ssfr";

@@ -3,6 +3,8 @@
 
 #include <apps/methods/report.h>
 
+#include "common/angles.h"
+
 #include <pcl_ssfr/version.h>
 
 #include <apps/common/format_text.h>
@@ -22,7 +24,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double kDegreesPerRadian = 57.29577951308232;
 constexpr std::size_t kAlternatives = 4; ///< listed for people
 
 Json

@@ -3,6 +3,8 @@
 
 #include <apps/pairs/degradation.h>
 
+#include "common/angles.h"
+
 #include <apps/common/random_stream.h>
 
 #include <algorithm>
@@ -14,8 +16,6 @@ namespace pcl_ssfr {
 namespace apps {
 
 namespace {
-
-constexpr double kDegreesPerRadian = 57.29577951308232;
 
 void
 require(bool holds, const char* name, double value, const char* range)

@@ -3,6 +3,8 @@
 
 #include <apps/pairs/measures.h>
 
+#include "common/angles.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -12,7 +14,6 @@ namespace apps {
 
 namespace {
 
-constexpr double kDegreesPerRadian = 57.29577951308232;
 constexpr double kSmallestProbability = 1e-4; ///< in the log loss
 constexpr std::size_t kCalibrationBins = 10;
 constexpr double kNormal95 = 1.959963984540054; ///< half width of the 95 % interval of a normal distribution [sigma]

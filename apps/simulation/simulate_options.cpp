@@ -3,11 +3,10 @@
 
 #include <apps/simulation/simulate_options.h>
 
+#include <apps/common/command_line.h>
 #include <apps/io/io_error.h>
 #include <apps/io/text_scanner.h>
 #include <apps/simulation/paper_sets.h>
-
-#include <boost/program_options.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -20,9 +19,9 @@ namespace {
 
 namespace po = boost::program_options;
 
+using apps::kHelpWidth;
 using apps::UsageError;
 
-constexpr unsigned kHelpWidth = 100;
 constexpr double kDegreesPerRadian = 57.29577951308232;
 constexpr double kMostScans = 100000;
 constexpr double kMostBeams = 1e9;
@@ -157,21 +156,12 @@ describeOptions()
 po::variables_map
 parseTokens(const std::vector<std::string>& arguments)
 {
-  const po::options_description all = describeOptions();
-  namespace style = po::command_line_style;
-  constexpr int kStyle = style::unix_style & ~style::allow_guessing; // an abbreviation is an unknown option
-  po::variables_map values;
   try {
-    const po::positional_options_description none;
-    po::store(po::command_line_parser(arguments).options(all).positional(none).style(kStyle).run(), values);
+    return apps::parseCommandLine(arguments, describeOptions());
   }
-  catch (const po::too_many_positional_options_error&) {
+  catch (const apps::UnexpectedArgument&) {
     throw UsageError("unexpected argument: only options are taken");
   }
-  catch (const po::error& error) {
-    throw UsageError(error.what());
-  }
-  return values;
 }
 
 /// The values of the command line, checked.
@@ -188,12 +178,7 @@ public:
   std::string
   text(const char* name) const
   {
-    if (!has(name))
-      return {};
-    const auto& value = map_[name].as<std::string>();
-    if (value.empty())
-      throw UsageError(std::string("--") + name + ": the value is empty");
-    return value;
+    return apps::textOf(map_, name);
   }
   /// Set \p target to a number of its table entry divided by \p unit, when it is given.
   template <typename Number>
@@ -316,10 +301,10 @@ parseSimulateArguments(const std::vector<std::string>& arguments)
   const po::variables_map map = parseTokens(arguments);
   const Values values(map);
   SimulateArguments result;
-  result.help = values.has("help");
-  result.version = !result.help && values.has("version");
-  result.list = !result.help && !result.version && values.has("list");
-  if (result.help || result.version || result.list)
+  if (apps::asksForText(map, result))
+    return result;
+  result.list = values.has("list");
+  if (result.list)
     return result;
   result.print_sensor = values.text("print-sensor");
   if (!result.print_sensor.empty()) {

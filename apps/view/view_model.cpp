@@ -3,6 +3,8 @@
 
 #include <apps/view/view_model.h>
 
+#include "common/angles.h"
+#include "common/stage_names.h"
 #include "profiles/hypothesis_source.h"
 #include "profiles/patch_pair.h"
 
@@ -18,7 +20,6 @@ namespace apps {
 
 namespace {
 
-constexpr double kDegree = 0.017453292519943295;
 constexpr double kMostTilted = 40;   ///< of a scanner [deg]
 constexpr double kRotationFound = 5; ///< a candidate rotation this near to the truth is taken as the right one [deg]
 constexpr double kShiftFound = 0.5;  ///< a shift this near to the truth is refined to it [m], at scale 1
@@ -30,12 +31,6 @@ double
 angleBetween(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b)
 {
   return Eigen::AngleAxisd(a.transpose() * b).angle() / kDegree;
-}
-
-const RangeImage*
-freeSpace(const PatchScan& scan)
-{
-  return scan.range_image.empty() ? nullptr : &scan.range_image;
 }
 
 /// The rotation of a list that is nearest to \p R, or its end.
@@ -333,15 +328,15 @@ ViewModel::axes(const ViewedPose& pose, bool with_scores) const
 std::vector<ShiftScore>
 ViewModel::scoresAlong(const Eigen::Isometry3d& T_patches, const Eigen::Vector3d& axis) const
 {
-  const VisibilityOptions visibility = PatchPair(source_, target_, options_, nullptr, Deadline()).fineTolerances();
+  const PatchPair pair(source_, target_, options_, nullptr, Deadline());
+  const VisibilityOptions tolerances = pair.fineTolerances();
   const double step = kScoreReach / kScoreSteps * std::max({source_.extent.radius, target_.extent.radius, 1e-3});
   std::vector<ShiftScore> scores(2 * kScoreSteps + 1);
   [[maybe_unused]] const auto threads = static_cast<int>(threadCount(options_));
 #pragma omp parallel for schedule(dynamic, 1) num_threads(threads)
   for (int i = -kScoreSteps; i <= kScoreSteps; ++i) {
     const Eigen::Isometry3d T = Eigen::Translation3d(i * step * axis) * T_patches;
-    SurfaceEvidence both = collectEvidence(source_.patches.samples, target_.index, freeSpace(target_), T, visibility);
-    both += collectEvidence(target_.patches.samples, source_.index, freeSpace(source_), T.inverse(), visibility);
+    const SurfaceEvidence both = pair.evidenceAt(T, tolerances);
     const double total = std::max(both.total, 1e-12);
     scores[static_cast<std::size_t>(i + kScoreSteps)] = {i * step, both.matched / total, both.contradicted / total};
   }
@@ -360,7 +355,7 @@ ViewModel::fates(const ViewedPose& pose, bool of_source) const
   SurfaceFates fates;
   for (Eigen::Index i = 0; i < own.patches.size(); ++i) {
     const SurfaceEvidence evidence =
-        collectEvidence(oneSample(own.patches.samples, i), other.index, freeSpace(other), T, visibility);
+        collectEvidence(oneSample(own.patches.samples, i), other.index, other.freeSpace(), T, visibility);
     const SurfaceFate fate = evidence.matched > 0        ? SurfaceFate::Matched
                              : evidence.contradicted > 0 ? SurfaceFate::Contradicted
                              : evidence.unmatched > 0    ? SurfaceFate::Unmatched
@@ -377,8 +372,9 @@ ViewModel::fates(const ViewedPose& pose, bool of_source) const
 std::size_t
 ViewModel::passesMade() const
 {
-  const auto made = std::count_if(
-      result().stages.begin(), result().stages.end(), [](const StageReport& s) { return s.name == "translations"; });
+  const auto made = std::count_if(result().stages.begin(), result().stages.end(), [](const StageReport& s) {
+    return s.name == kTranslationsStage;
+  });
   return std::clamp<std::size_t>(static_cast<std::size_t>(made), 1, passes_.size());
 }
 
@@ -507,7 +503,7 @@ ViewModel::findPatchLoss() const
                                                                    target_.patches.samples,
                                                                    search.target_normals,
                                                                    target_.index,
-                                                                   freeSpace(target_),
+                                                                   target_.freeSpace(),
                                                                    R,
                                                                    all);
       const auto own = std::find_if(under.begin(), under.end(), isTrue);

@@ -3,10 +3,9 @@
 
 #include <apps/view/view_options.h>
 
-#include <apps/common/usage_error.h>
+#include <apps/common/command_line.h>
 #include <apps/io/loaded_cloud.h>
-
-#include <boost/program_options.hpp>
+#include <apps/methods/option_numbers.h>
 
 #include <algorithm>
 #include <sstream>
@@ -47,93 +46,43 @@ describeOptions()
   return all;
 }
 
-po::variables_map
-parseTokens(const std::vector<std::string>& arguments, ViewArguments& result)
-{
-  po::options_description all = describeOptions();
-  all.add_options()("inputs", po::value<std::vector<std::string>>());
-  po::positional_options_description positional;
-  positional.add("inputs", -1);
-  namespace style = po::command_line_style;
-  constexpr int kStyle = style::unix_style & ~style::allow_guessing; // an abbreviation is an unknown option
-  po::variables_map values;
-  try {
-    const po::parsed_options parsed =
-        po::command_line_parser(arguments).options(all).positional(positional).style(kStyle).run();
-    for (const po::option& option : parsed.options)
-      if (option.position_key < 0)
-        result.given.push_back(option.string_key);
-    po::store(parsed, values);
-  }
-  catch (const po::error& error) {
-    throw UsageError(error.what());
-  }
-  return values;
-}
-
-std::uint64_t
-parseWhole(const std::string& option, const std::string& text, std::uint64_t least, std::uint64_t most)
-{
-  std::uint64_t value = 0;
-  bool valid = !text.empty() && text.size() < 20;
-  for (const char c : text) {
-    valid = valid && c >= '0' && c <= '9';
-    value = value * 10 + static_cast<std::uint64_t>(c - '0');
-  }
-  if (!valid || value < least || value > most)
-    throw UsageError("--" + option + ": " + io::inQuotes(text) + " is not a whole number from " +
-                     std::to_string(least) + " to " + std::to_string(most));
-  return value;
-}
-
 } // namespace
 
 ViewArguments
 parseViewArguments(const std::vector<std::string>& arguments)
 {
   ViewArguments result;
-  const po::variables_map values = parseTokens(arguments, result);
-  result.help = values.count("help") > 0;
-  result.version = !result.help && values.count("version") > 0;
-  if (result.help || result.version)
+  const po::variables_map values = parseCommandLine(arguments, describeOptions(), "inputs", &result.given);
+  if (asksForText(values, result))
     return result;
-  if (values.count("inputs"))
-    result.inputs = values["inputs"].as<std::vector<std::string>>();
+  result.inputs = textsOf(values, "inputs");
   if (result.inputs.empty())
     throw UsageError("RESULT, or SOURCE and TARGET, are missing");
   if (result.inputs.size() > 2)
     throw UsageError("unexpected argument " + io::inQuotes(result.inputs[2]) + ", SOURCE and TARGET are already given");
-  const auto text = [&values](const char* name, std::string& target) {
-    if (!values.count(name))
-      return false;
-    target = values[name].as<std::string>();
-    if (target.empty())
-      throw UsageError(std::string("--") + name + ": the value is empty");
-    return true;
-  };
-  std::string render;
-  if (text("png", result.pictures) && values.count("render"))
-    throw UsageError("--render is the same as --png, which is given too");
-  if (text("render", render))
-    result.pictures = render;
-  text("screenshot", result.screenshot);
-  text("truth", result.truth);
-  text("dataset", result.dataset);
-  std::string word;
-  if (text("candidate", word))
-    result.candidate = parseWhole("candidate", word, 1, kMostCandidates);
-  if (text("layer", word)) {
+  result.pictures = textOf(values, "png");
+  if (values.count("render")) {
+    if (!result.pictures.empty())
+      throw UsageError("--render is the same as --png, which is given too");
+    result.pictures = textOf(values, "render");
+  }
+  result.screenshot = textOf(values, "screenshot");
+  result.truth = textOf(values, "truth");
+  result.dataset = textOf(values, "dataset");
+  if (const std::string word = textOf(values, "candidate"); !word.empty())
+    result.candidate = parseWhole("--candidate", word, 1, kMostCandidates);
+  if (const std::string word = textOf(values, "layer"); !word.empty()) {
     if (word != "points" && word != "patches" && word != "matches")
       throw UsageError("--layer: " + io::inQuotes(word) + " is not points, patches or matches");
     result.layer = word == "points"    ? WindowLayer::Points
                    : word == "patches" ? WindowLayer::Patches
                                        : WindowLayer::Matches;
   }
-  if (text("pair", word))
-    result.pair = parseWhole("pair", word, 0, std::uint64_t{1} << 53);
-  if (text("seed", word))
-    result.seed = parseWhole("seed", word, 0, std::uint64_t{1} << 53);
-  if (text("perturb", word)) {
+  if (const std::string word = textOf(values, "pair"); !word.empty())
+    result.pair = parseWhole("--pair", word, 0, std::uint64_t{1} << 53);
+  if (const std::string word = textOf(values, "seed"); !word.empty())
+    result.seed = parseWhole("--seed", word, 0, std::uint64_t{1} << 53);
+  if (const std::string word = textOf(values, "perturb"); !word.empty()) {
     try {
       result.perturbation = parsePerturbation(word);
     }

@@ -3,6 +3,8 @@
 
 #include <apps/view/view_run.h>
 
+#include "common/stage_names.h"
+
 #include <apps/common/format_text.h>
 #include <apps/common/usage_error.h>
 #include <apps/io/dataset_folder.h>
@@ -281,7 +283,8 @@ void
 checkPoints(const JsonFile& file, const Result& result, const std::string& scan, const io::LoadedCloud& cloud)
 {
   for (const StageReport& stage : result.stages)
-    if ((stage.name == scan + " thinning" || stage.name == scan + "_normals") && stage.count_in != cloud.points->size())
+    if ((stage.name == scan + " " + kThinningStage || stage.name == scan + "_" + kPaperNormalsStage) &&
+        stage.count_in != cloud.points->size())
       throw file.wrong(scan,
                        "had " + std::to_string(stage.count_in) + " points when it was registered, and has " +
                            std::to_string(cloud.points->size()) + " now");

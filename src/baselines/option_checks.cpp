@@ -3,17 +3,17 @@
 
 #include "option_checks.h"
 
+#include "common/option_checks.h"
+
 #include <cmath>
 #include <sstream>
-#include <stdexcept>
 
 namespace pcl_ssfr::baselines {
 
 void
 checkOption(bool is_valid, const char* name, double value, const char* bound)
 {
-  if (!is_valid)
-    throw std::invalid_argument(std::string(name) + " = " + shortNumber(value) + ", must " + bound);
+  requireOption(is_valid, name, shortNumber(value), bound);
 }
 
 void

@@ -11,7 +11,8 @@
 namespace pcl_ssfr {
 
 constexpr double kPi = static_cast<double>(EIGEN_PI);
-constexpr double kDegree = kPi / 180; ///< one degree [rad]
+constexpr double kDegree = kPi / 180;           ///< one degree [rad]
+constexpr double kDegreesPerRadian = 180 / kPi; ///< one radian [deg]
 
 /// Chord between two unit vectors that are \p angle [rad, 0..pi] apart: 2 sin(angle / 2).
 inline double

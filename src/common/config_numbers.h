@@ -5,7 +5,7 @@
 
 #include <pcl_ssfr/patch_config.h>
 
-#include <string>
+#include <string_view>
 #include <vector>
 
 namespace pcl_ssfr {
@@ -46,7 +46,7 @@ struct ConfigNumber {
     return real ? *real : *count;
   }
 
-  std::string name;
+  std::string_view name; ///< of static storage
   NumberBound bound;
   NumberScaling scaling = NumberScaling::None;
   double* real = nullptr; ///< one of them

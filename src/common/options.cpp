@@ -5,6 +5,7 @@
 
 #include "common/angles.h"
 #include "common/config_numbers.h"
+#include "common/option_checks.h"
 #include "common/types.h"
 
 #include <omp.h>
@@ -12,7 +13,6 @@
 #include <algorithm>
 #include <cmath>
 #include <sstream>
-#include <stdexcept>
 #include <string>
 #include <tuple>
 
@@ -23,78 +23,54 @@ namespace {
 /// Finest grid that a Morton code of 21 bits an axis can hold.
 constexpr int kMaxLevel = 20;
 
-template <typename Value>
-std::string
-toText(const Value& value)
-{
-  std::ostringstream text;
-  text << value;
-  return text.str();
-}
-
-std::string
-toText(const Eigen::Vector3d& value)
-{
-  std::ostringstream text;
-  text << '(' << value.x() << ", " << value.y() << ", " << value.z() << ')';
-  return text.str();
-}
-
-/// Throw "name = value, must ..." unless \p good. Conditions are written so that NaN is not good.
-template <typename Value>
-void
-require(bool good, const char* name, const Value& value, const char* bound)
-{
-  if (!good)
-    throw std::invalid_argument(std::string(name) + " = " + toText(value) + ", must " + bound);
-}
-
 void
 requirePositive(const char* name, double value)
 {
-  require(value > 0 && std::isfinite(value), name, value, "be positive and finite");
+  requireOption(value > 0 && std::isfinite(value), name, value, "be positive and finite");
 }
 
 void
 requireNotNegative(const char* name, double value)
 {
-  require(value >= 0 && std::isfinite(value), name, value, "be 0 or positive, and finite");
+  requireOption(value >= 0 && std::isfinite(value), name, value, "be 0 or positive, and finite");
 }
 
 void
 requireAtLeast(const char* name, int value, int least)
 {
-  require(value >= least, name, value, ("be at least " + toText(least)).c_str());
+  requireOption(value >= least, name, value, "be at least " + std::to_string(least));
 }
 
 void
 requireShare(const char* name, double value)
 {
-  require(value >= 0 && value <= 1, name, value, "be in [0, 1]");
+  requireOption(value >= 0 && value <= 1, name, value, "be in [0, 1]");
 }
 
 void
 requireCosine(const char* name, double value)
 {
-  require(value > 0 && value < 1, name, value, "be in (0, 1)");
+  requireOption(value > 0 && value < 1, name, value, "be in (0, 1)");
 }
 
 void
 requireAngle(const char* name, double value)
 {
-  require(value > 0 && value <= kPi, name, value, "be in (0, pi] radians");
+  requireOption(value > 0 && value <= kPi, name, value, "be in (0, pi] radians");
 }
 
 void
 requireChord(const char* name, double value)
 {
-  require(value > 0 && value <= 2, name, value, "be a chord in (0, 2]");
+  requireOption(value > 0 && value <= 2, name, value, "be a chord in (0, 2]");
 }
 
 void
 requireUnit(const char* name, const Eigen::Vector3d& value)
 {
-  require(std::abs(value.norm() - 1) <= kUnitTolerance, name, value, "be a unit vector");
+  std::ostringstream text;
+  text << '(' << value.x() << ", " << value.y() << ", " << value.z() << ')';
+  requireOption(std::abs(value.norm() - 1) <= kUnitTolerance, name, text.str(), "be a unit vector");
 }
 
 void
@@ -103,14 +79,14 @@ validatePatches(const PatchOptions& options)
   requireNotNegative("patches.thickness", options.thickness);
   requireNotNegative("patches.range_noise", options.range_noise);
   requireCosine("patches.max_flatness", options.max_flatness);
-  require(options.finest_level >= 0 && options.finest_level < kMaxLevel,
-          "patches.finest_level",
-          options.finest_level,
-          "be in [0, 20)");
-  require(options.coarsest_level >= options.finest_level && options.coarsest_level < kMaxLevel,
-          "patches.coarsest_level",
-          options.coarsest_level,
-          "be in [finest_level, 20)");
+  requireOption(options.finest_level >= 0 && options.finest_level < kMaxLevel,
+                "patches.finest_level",
+                options.finest_level,
+                "be in [0, 20)");
+  requireOption(options.coarsest_level >= options.finest_level && options.coarsest_level < kMaxLevel,
+                "patches.coarsest_level",
+                options.coarsest_level,
+                "be in [finest_level, 20)");
   requireAtLeast("patches.min_points", options.min_points, 3);
 }
 
@@ -126,7 +102,8 @@ validateNormals(const NormalOptions& options)
 void
 validateDensity(const DensityOptions& options)
 {
-  require(options.radius > 0 && options.radius <= 1, "paper.density.radius", options.radius, "be a chord in (0, 1]");
+  requireOption(
+      options.radius > 0 && options.radius <= 1, "paper.density.radius", options.radius, "be a chord in (0, 1]");
   requireAtLeast("paper.density.max_regions", options.max_regions, 1);
   requireAtLeast("paper.density.max_queries", options.max_queries, 0);
   requireChord("paper.density.silence_chord", options.silence_chord);
@@ -142,24 +119,24 @@ validateMeanShift(const MeanShiftOptions& options)
   requireChord("paper.mean_shift.bandwidth", options.bandwidth);
   requirePositive("paper.mean_shift.tolerance", options.tolerance);
   requireAtLeast("paper.mean_shift.max_iterations", options.max_iterations, 1);
-  require(options.merge_chord >= 0 && options.merge_chord < 2,
-          "paper.mean_shift.merge_chord",
-          options.merge_chord,
-          "be a chord in [0, 2)");
+  requireOption(options.merge_chord >= 0 && options.merge_chord < 2,
+                "paper.mean_shift.merge_chord",
+                options.merge_chord,
+                "be a chord in [0, 2)");
 }
 
 void
 validateRotation(const RotationOptions& options)
 {
   requireCosine("paper.rotation.max_abs_cos", options.max_abs_cos);
-  require(options.angle_tolerance > 0 && options.angle_tolerance < kPi / 2,
-          "paper.rotation.angle_tolerance",
-          options.angle_tolerance,
-          "be in (0, pi/2) radians");
-  require(options.merge_angle >= 0 && options.merge_angle <= kPi,
-          "paper.rotation.merge_angle",
-          options.merge_angle,
-          "be in [0, pi] radians");
+  requireOption(options.angle_tolerance > 0 && options.angle_tolerance < kPi / 2,
+                "paper.rotation.angle_tolerance",
+                options.angle_tolerance,
+                "be in (0, pi/2) radians");
+  requireOption(options.merge_angle >= 0 && options.merge_angle <= kPi,
+                "paper.rotation.merge_angle",
+                options.merge_angle,
+                "be in [0, pi] radians");
   requireAngle("paper.rotation.refit_angle", options.refit_angle);
 }
 
@@ -167,20 +144,20 @@ void
 validateTranslation(const TranslationOptions& options)
 {
   requireCosine("paper.translation.max_abs_cos", options.max_abs_cos);
-  require(options.min_triple_product >= 0 && options.min_triple_product < 1,
-          "paper.translation.min_triple_product",
-          options.min_triple_product,
-          "be in [0, 1)");
+  requireOption(options.min_triple_product >= 0 && options.min_triple_product < 1,
+                "paper.translation.min_triple_product",
+                options.min_triple_product,
+                "be in [0, 1)");
   requireAngle("paper.translation.cross_angle", options.cross_angle);
 
   const HistogramOptions& histogram = options.histogram;
   requirePositive("paper.translation.histogram.bin_width", histogram.bin_width);
-  require(histogram.parallel_cos > 0 && histogram.parallel_cos <= 1,
-          "paper.translation.histogram.parallel_cos",
-          histogram.parallel_cos,
-          "be in (0, 1]");
+  requireOption(histogram.parallel_cos > 0 && histogram.parallel_cos <= 1,
+                "paper.translation.histogram.parallel_cos",
+                histogram.parallel_cos,
+                "be in (0, 1]");
   requirePositive("paper.translation.histogram.clip_factor", histogram.clip_factor);
-  require(histogram.max_bins >= 1, "paper.translation.histogram.max_bins", histogram.max_bins, "be at least 1");
+  requireOption(histogram.max_bins >= 1, "paper.translation.histogram.max_bins", histogram.max_bins, "be at least 1");
 
   const CorrelationOptions& correlation = options.correlation;
   requireAtLeast("paper.translation.correlation.envelope_half_window", correlation.envelope_half_window, 0);
@@ -319,16 +296,17 @@ void
 validate(const Options& options)
 {
   requireNotNegative("normal_radius", options.normal_radius);
-  require(options.density_radius >= 0 && options.density_radius <= 1,
-          "density_radius",
-          options.density_radius,
-          "be 0 (from the data) or a chord in (0, 1]");
+  requireOption(options.density_radius >= 0 && options.density_radius <= 1,
+                "density_radius",
+                options.density_radius,
+                "be 0 (from the data) or a chord in (0, 1]");
   requireNotNegative("bin_width", options.bin_width);
   requireNotNegative("leaf", options.leaf);
   requireAtLeast("max_refinement_steps", options.max_refinement_steps, 1);
   requireNotNegative("overlap_radius", options.overlap_radius);
   requireNotNegative("time_limit", options.time_limit);
-  require(options.threads <= kMaxThreads, "threads", options.threads, ("be at most " + toText(kMaxThreads)).c_str());
+  requireOption(
+      options.threads <= kMaxThreads, "threads", options.threads, "be at most " + std::to_string(kMaxThreads));
   if (options.gravity) {
     requireUnit("gravity.up_source", options.gravity->up_source);
     requireUnit("gravity.up_target", options.gravity->up_target);

@@ -5,35 +5,29 @@
 
 #include "common/angles.h"
 #include "common/config_numbers.h"
+#include "common/option_checks.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <sstream>
 #include <stdexcept>
+#include <string>
+#include <string_view>
 
 namespace pcl_ssfr {
 
 namespace {
 
-const std::string kPreparation = "preparation.";
+constexpr std::string_view kPreparation = "preparation.";
 
 bool
 isOfPreparation(const ConfigNumber& number)
 {
-  return number.name.compare(0, kPreparation.size(), kPreparation) == 0;
-}
-
-[[noreturn]] void
-reject(const std::string& name, double value, const std::string& bound)
-{
-  std::ostringstream text;
-  text << name << " = " << value << ", must " << bound;
-  throw std::invalid_argument(text.str());
+  return number.name.substr(0, kPreparation.size()) == kPreparation;
 }
 
 /// What \p number must be; empty: it is. Conditions are written so that NaN is not.
-std::string
+std::string_view
 violatedBound(const ConfigNumber& number)
 {
   const double v = number.value();
@@ -177,7 +171,7 @@ numberNames()
   PatchProfileConfig config;
   std::vector<std::string> names;
   for (const ConfigNumber& number : numbersOf(config))
-    names.push_back(number.name);
+    names.emplace_back(number.name);
   return names;
 }
 
@@ -191,14 +185,14 @@ setNumber(PatchProfileConfig& config, const std::string& name, double value)
     throw std::invalid_argument("'" + name + "' is no number of the configuration");
   if (found->count) {
     if (!(value == std::floor(value) && std::abs(value) <= std::numeric_limits<int>::max()))
-      reject(name, value, "be an integer");
+      rejectOption(name, value, "be an integer");
     *found->count = static_cast<int>(value);
   }
   else {
     *found->real = value;
   }
-  if (const std::string bound = violatedBound(*found); !bound.empty())
-    reject(name, value, bound);
+  if (const std::string_view bound = violatedBound(*found); !bound.empty())
+    rejectOption(name, value, bound);
 }
 
 PreparationConfig
@@ -241,17 +235,17 @@ validate(const PatchProfileConfig& config)
 {
   PatchProfileConfig all = config;
   for (const ConfigNumber& number : numbersOf(all))
-    if (const std::string bound = violatedBound(number); !bound.empty())
-      reject(number.name, number.value(), bound);
+    if (const std::string_view bound = violatedBound(number); !bound.empty())
+      rejectOption(number.name, number.value(), bound);
   const PreparationConfig& preparation = config.preparation;
   if (preparation.largest_radius < preparation.smallest_radius)
-    reject("preparation.largest_radius", preparation.largest_radius, "be at least smallest_radius");
+    rejectOption("preparation.largest_radius", preparation.largest_radius, "be at least smallest_radius");
   const auto& levels = preparation.viewpoint.levels;
   for (std::size_t k = 1; k < levels.size(); ++k)
     if (levels[k].step > levels[k - 1].step)
-      reject("preparation.viewpoint.levels[" + std::to_string(k) + "].step",
-             levels[k].step,
-             "be no more than that of the level before");
+      rejectOption("preparation.viewpoint.levels[" + std::to_string(k) + "].step",
+                   levels[k].step,
+                   "be no more than that of the level before");
 }
 
 } // namespace pcl_ssfr

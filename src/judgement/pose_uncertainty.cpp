@@ -123,10 +123,7 @@ PoseUncertainty::covariance() const
 Matrix6
 PoseUncertainty::informationAbout(const Eigen::Vector3d& origin) const
 {
-  // J about the origin is A J about the centre: (p + o) x n = p x n + o x n.
-  const Eigen::Vector3d o = centre - origin;
-  Matrix6 a = Matrix6::Identity();
-  a.topRightCorner<3, 3>() << 0, -o.z(), o.y(), o.z(), 0, -o.x(), -o.y(), o.x(), 0;
+  const Matrix6 a = aboutOrigin(centre - origin);
   return symmetric(a * information * a.transpose());
 }
 

@@ -3,6 +3,7 @@
 
 #include <pcl_ssfr/multiway/multiway_registration.h>
 
+#include "common/angles.h"
 #include "common/parallel.h"
 #include "common/stage_clock.h"
 #include "multiway/map_stages.h"
@@ -102,7 +103,7 @@ struct MultiwayRegistration::State {
       return std::nullopt;
     const double distance = (s->T_map_scan.translation() - t->T_map_scan.translation()).norm();
     GuessTolerance tolerance;
-    tolerance.rotation = std::min(3.1415926, s->rotation + t->rotation);
+    tolerance.rotation = std::min(kPi, s->rotation + t->rotation);
     tolerance.translation = s->translation + t->translation + distance * t->rotation;
     return PairGuess{t->T_map_scan.inverse() * s->T_map_scan, tolerance};
   }
@@ -296,7 +297,7 @@ void
 MultiwayRegistration::setPosePrior(int scan, const PosePrior& prior)
 {
   state_->check(scan);
-  if (!(prior.rotation > 0 && prior.rotation <= 3.1415927) || !(prior.translation > 0))
+  if (!(prior.rotation > 0 && prior.rotation <= kPi) || !(prior.translation > 0))
     throw std::invalid_argument("the tolerance of a pose prior must be positive, and not more than half a turn");
   state_->priors[static_cast<std::size_t>(scan)] = prior;
 }

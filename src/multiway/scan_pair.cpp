@@ -58,25 +58,18 @@ pairOptions(const MultiwayOptions& options)
   return result;
 }
 
-RefinementOptions
-stepOptions(const PatchPair& pair)
-{
-  RefinementOptions options;
-  options.match = pair.fineTolerances().match;
-  options.match.distance = static_cast<float>(pair.config().judgement.evidence.match);
-  options.final_distance = pair.config().judgement.evidence.match;
-  options.steps = 1;
-  return options;
-}
+/// Two scans and their options, which the pair refers to.
+struct OptionedPair {
+  OptionedPair(const PreparedScan& source, const PreparedScan& target, const MultiwayOptions& multiway)
+      : options(pairOptions(multiway)), pair(patchesOf(source), patchesOf(target), options, nullptr, Deadline())
+  {}
+  OptionedPair(const OptionedPair&) = delete;
+  OptionedPair&
+  operator=(const OptionedPair&) = delete;
 
-/// Maps motions about the origin to motions about \p centre when transposed: see PoseUncertainty::informationAbout().
-Matrix6
-shifted(const Eigen::Vector3d& centre)
-{
-  Matrix6 a = Matrix6::Identity();
-  a.topRightCorner<3, 3>() << 0, -centre.z(), centre.y(), centre.z(), 0, -centre.x(), -centre.y(), centre.x(), 0;
-  return a;
-}
+  Options options;
+  PatchPair pair;
+};
 
 /// A pose that was found but not polished, refined to the end and rated again.
 PairHypothesis
@@ -179,20 +172,15 @@ evidenceAt(const PreparedScan& source,
            const MultiwayOptions& options,
            double looseness)
 {
-  const Options pair_options = pairOptions(options);
-  const PatchPair pair(patchesOf(source), patchesOf(target), pair_options, nullptr, Deadline());
+  const OptionedPair optioned(source, target, options);
+  const PatchPair& pair = optioned.pair;
   VisibilityOptions tolerances = pair.fineTolerances();
   const auto loose = static_cast<float>(looseness);
   tolerances.match.distance *= loose;
   tolerances.free_margin *= loose;
   tolerances.hidden_margin *= loose;
   tolerances.free_ratio -= kFreeRatio * (loose - 1);
-  const Eigen::Isometry3d T = pair.toInner(T_target_source);
-  const auto image = [](const PatchScan& scan) { return scan.range_image.empty() ? nullptr : &scan.range_image; };
-  SurfaceEvidence both =
-      collectEvidence(pair.source().patches.samples, pair.target().index, image(pair.target()), T, tolerances);
-  both += collectEvidence(
-      pair.target().patches.samples, pair.source().index, image(pair.source()), T.inverse(), tolerances);
+  const SurfaceEvidence both = pair.evidenceAt(pair.toInner(T_target_source), tolerances);
   PlacementEvidence evidence;
   evidence.total = both.patches.total;
   evidence.matched = both.patches.matched;
@@ -208,11 +196,13 @@ equationsAt(const PreparedScan& source,
             const MultiwayOptions& options,
             double noise_floor)
 {
-  const Options pair_options = pairOptions(options);
-  const PatchPair pair(patchesOf(source), patchesOf(target), pair_options, nullptr, Deadline());
+  const OptionedPair optioned(source, target, options);
+  const PatchPair& pair = optioned.pair;
   const Eigen::Isometry3d T = pair.toInner(T_target_source);
+  RefinementOptions options_of_step = pair.lastStep();
+  options_of_step.vertical.reset(); // the map is laid upright as a whole
   const Refinement step = refineMutual(
-      pair.source().surface, pair.source().index, pair.target().surface, pair.target().index, T, stepOptions(pair));
+      pair.source().surface, pair.source().index, pair.target().surface, pair.target().index, T, options_of_step);
   SurfaceEquations equations;
   equations.matches = step.matches;
   if (step.matches < 3)
@@ -222,7 +212,7 @@ equationsAt(const PreparedScan& source,
   const Eigen::AngleAxisd rotation(moved.linear());
   SurfaceEquations::Vector6 motion;
   motion << rotation.angle() * rotation.axis(), moved * step.centre - step.centre;
-  const Matrix6 a = shifted(step.centre + pair.target().origin);
+  const Matrix6 a = aboutOrigin(step.centre + pair.target().origin);
   const auto about = [&](const Matrix6& m) { return Matrix6(a * m * a.transpose()); };
   equations.hessian = about(step.hessian);
   equations.gradient = -a * step.hessian * motion;
@@ -239,9 +229,9 @@ figuresAt(const PreparedScan& source,
           const Eigen::Isometry3d& T_target_source,
           const MultiwayOptions& options)
 {
-  const Options pair_options = pairOptions(options);
-  const PatchPair pair(patchesOf(source), patchesOf(target), pair_options, nullptr, Deadline());
-  const PatchIndex::Tolerance tolerance = stepOptions(pair).match;
+  const OptionedPair optioned(source, target, options);
+  const PatchPair& pair = optioned.pair;
+  const PatchIndex::Tolerance tolerance = pair.lastStep().match;
   const Eigen::Isometry3d T = pair.toInner(T_target_source);
   const Eigen::Isometry3d back = T.inverse();
   double squares = 0;

@@ -2,6 +2,7 @@
 // Copyright (c) 2026, pcl_ssfr contributors
 
 #include "common/stage_clock.h"
+#include "common/stage_names.h"
 #include "preparation/thinning.h"
 #include "preparation/viewpoint_search.h"
 #include "profiles/patch_profile.h"
@@ -150,7 +151,7 @@ preparePatchScan(const ScanView& scan, const Options& options, const Deadline& d
     cloud = ThinnedCloud(); // its memory first
     cloud = thinScan(scan, leaf(), prepared.origin, 0, threadCount(options), deadline);
   }
-  if (endsIn("thinning", scan.count(), count(cloud.size())))
+  if (endsIn(kThinningStage, scan.count(), count(cloud.size())))
     return prepared;
 
   const PreparationConfig lengths = scaled(config, prepared.scale);

@@ -4,6 +4,7 @@
 #include "profiles/hypothesis_source.h"
 
 #include "common/parallel.h"
+#include "common/stage_names.h"
 #include "directions/scene_directions.h"
 #include "search/plan_search.h"
 
@@ -43,29 +44,48 @@ std::optional<HypothesisBatch>
 HypothesisSource::next()
 {
   const SearchConfig& config = pair_.config().search;
-  if (passes_ == 0) {
-    rotations_ = proposeRotations();
-    hypotheses_ = searchTranslations(config.much_overlap);
-    const double least = hypotheses_.empty() ? 0 : config.much_overlap.promising * hypotheses_.front().score;
-    const auto promising = std::find_if(
-        hypotheses_.begin(), hypotheses_.end(), [&](const PoseHypothesis& h) { return least > 0 && h.score < least; });
-    HypothesisBatch batch = takeBatch(static_cast<std::size_t>(promising - hypotheses_.begin()), config.much_overlap);
-    if (guess_)
-      batch.poses.push_back(*guess_);
-    batch.has_guess = guess_.has_value();
-    return batch;
-  }
-  if (passes_ == 1 && taken_ < hypotheses_.size())
-    return takeBatch(hypotheses_.size(), config.much_overlap);
-  if (passes_ == 1 && !rotations_.empty()) {
-    hypotheses_ = searchTranslations(config.little_overlap);
-    return takeBatch(hypotheses_.size(), config.little_overlap);
-  }
-  if (!has_searched_plans_ && !source_normals_.empty() && !target_normals_.empty()) {
-    has_searched_plans_ = true;
-    return searchPlans();
+  switch (stage_) {
+  case Stage::MostVotes:
+    stage_ = Stage::OtherVotes;
+    return searchMostVotes();
+  case Stage::OtherVotes:
+    stage_ = Stage::LittleOverlap;
+    if (taken_ < hypotheses_.size())
+      return takeBatch(hypotheses_.size(), config.much_overlap);
+    [[fallthrough]];
+  case Stage::LittleOverlap:
+    stage_ = Stage::Plans;
+    if (!rotations_.empty()) {
+      hypotheses_ = searchTranslations(config.little_overlap);
+      return takeBatch(hypotheses_.size(), config.little_overlap);
+    }
+    [[fallthrough]];
+  case Stage::Plans:
+    stage_ = Stage::Done;
+    if (!source_normals_.empty() && !target_normals_.empty())
+      return searchPlans();
+    [[fallthrough]];
+  case Stage::Done:
+    break;
   }
   return std::nullopt;
+}
+
+/// The rotations, and the poses under them that have about as many votes as the first, with the guess.
+HypothesisBatch
+HypothesisSource::searchMostVotes()
+{
+  const SearchPass& pass = pair_.config().search.much_overlap;
+  rotations_ = proposeRotations();
+  hypotheses_ = searchTranslations(pass);
+  const double least = hypotheses_.empty() ? 0 : pass.promising * hypotheses_.front().score;
+  const auto promising = std::find_if(
+      hypotheses_.begin(), hypotheses_.end(), [&](const PoseHypothesis& h) { return least > 0 && h.score < least; });
+  HypothesisBatch batch = takeBatch(static_cast<std::size_t>(promising - hypotheses_.begin()), pass);
+  if (guess_)
+    batch.poses.push_back(*guess_);
+  batch.has_guess = guess_.has_value();
+  return batch;
 }
 
 /// The hypotheses of the current pass up to \p end that were not taken yet.
@@ -106,7 +126,7 @@ HypothesisSource::searchPlans() const
                                                                    pair_.source().votes,
                                                                    pair_.target().patches.samples,
                                                                    pair_.target().index,
-                                                                   pair_.targetImage(),
+                                                                   pair_.target().freeSpace(),
                                                                    pair,
                                                                    options);
     found.insert(found.end(), some.begin(), some.end());
@@ -185,12 +205,11 @@ HypothesisSource::searchOptions(const SearchPass& pass) const
 std::vector<PoseHypothesis>
 HypothesisSource::searchTranslations(const SearchPass& pass)
 {
-  ++passes_;
   taken_ = 0;
   std::vector<PoseHypothesis> found = searchTranslationsOfAll(searchOptions(pass));
   std::stable_sort(
       found.begin(), found.end(), [](const PoseHypothesis& a, const PoseHypothesis& b) { return a.score > b.score; });
-  stages_.report("translations", rotations_.size(), found.size());
+  stages_.report(kTranslationsStage, rotations_.size(), found.size());
   if (trace_) {
     TracedPass traced;
     traced.little_overlap = pass.little_overlap;
@@ -226,7 +245,7 @@ HypothesisSource::searchTranslationsOfAll(const PoseSearchOptions& options) cons
                                               pair_.target().patches.samples,
                                               target_normals_,
                                               pair_.target().index,
-                                              pair_.targetImage(),
+                                              pair_.target().freeSpace(),
                                               R,
                                               own);
     });

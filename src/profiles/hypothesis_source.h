@@ -73,6 +73,17 @@ public:
   searchOptions(const SearchPass& pass) const;
 
 private:
+  /// What a batch is made of, in order; a stage that has nothing leaves its turn to the next one.
+  enum class Stage {
+    MostVotes,     ///< the pass for scans that share much: the promising poses, and the guess
+    OtherVotes,    ///< ... and the others of that pass
+    LittleOverlap, ///< the pass for scans that share little
+    Plans,         ///< poses under which one direction only agrees
+    Done
+  };
+
+  HypothesisBatch
+  searchMostVotes();
   std::vector<RotationCandidate>
   proposeRotations() const;
   std::vector<PoseHypothesis>
@@ -93,8 +104,7 @@ private:
   std::vector<RotationCandidate> rotations_;
   std::vector<PoseHypothesis> hypotheses_; ///< of the current pass, most votes first
   std::size_t taken_ = 0;                  ///< of these
-  int passes_ = 0;                         ///< that were begun
-  bool has_searched_plans_ = false;
+  Stage stage_ = Stage::MostVotes;         ///< that next() tries first
 };
 
 } // namespace pcl_ssfr

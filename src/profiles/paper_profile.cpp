@@ -6,6 +6,7 @@
 #include "common/parallel.h"
 #include "common/rotation_math.h"
 #include "common/stage_clock.h"
+#include "common/stage_names.h"
 #include "directions/density_filter.h"
 #include "directions/gaussian_sphere.h"
 #include "judgement/overlap.h"
@@ -411,7 +412,7 @@ preparePaperScan(const ScanView& scan, const Options& options, const Deadline& d
   // Stage 1. The paper thins and estimates within fixed scales; r = 0 and leaf = 0 follow from the data.
   result.normals = estimateNormals(scan, stages.normals, oriented, threads, deadline);
   const OrientedSamples& samples = result.normals.samples;
-  if (endsIn("normals", scan.count(), samples.size()))
+  if (endsIn(kPaperNormalsStage, scan.count(), samples.size()))
     return result;
 
   const DirectionSet image = makeGaussianSphere(samples); // stage 2

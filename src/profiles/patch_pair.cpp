@@ -27,12 +27,6 @@ configFor(const PatchScan& source, const PatchScan& target, const Options& optio
   return config;
 }
 
-const RangeImage*
-freeSpace(const PatchScan& scan)
-{
-  return scan.range_image.empty() ? nullptr : &scan.range_image;
-}
-
 std::optional<Eigen::Isometry3d>
 betweenInnerFrames(const PatchScan& source, const PatchScan& target, const Eigen::Isometry3d* T_target_source)
 {
@@ -56,16 +50,10 @@ PatchPair::PatchPair(const PatchScan& source,
       priors_(options, betweenInnerFrames(source, target, guess), source.viewpoint, source.extent.radius, config_)
 {}
 
-const RangeImage*
-PatchPair::targetImage() const
-{
-  return freeSpace(target_);
-}
-
 bool
 PatchPair::seesFreeSpace() const
 {
-  return freeSpace(source_) && freeSpace(target_);
+  return source_.freeSpace() && target_.freeSpace();
 }
 
 VisibilityOptions
@@ -78,6 +66,18 @@ VisibilityOptions
 PatchPair::fineTolerances() const
 {
   return tolerances(config_.judgement.evidence.match, config_.judgement.evidence.normals);
+}
+
+SurfaceEvidence
+PatchPair::evidenceAt(const Eigen::Isometry3d& T_target_source, const VisibilityOptions& tolerances) const
+{
+  const Eigen::Isometry3d& T = T_target_source;
+  SurfaceEvidence both = collectEvidence(source_.patches.samples, target_.index, target_.freeSpace(), T, tolerances);
+  SurfaceEvidence back =
+      collectEvidence(target_.patches.samples, source_.index, source_.freeSpace(), T.inverse(), tolerances);
+  back.matched_normals = (T.linear() * back.matched_normals * T.linear().transpose()).eval();
+  both += back;
+  return both;
 }
 
 void
@@ -132,9 +132,16 @@ PatchPair::polish(ScoredPose& pose) const
     }
   }
   // What is said of the pose must hold for the one that is returned.
-  options.steps = 1;
-  options.match.distance = static_cast<float>(options.final_distance);
+  options = lastStep();
+  options.threads = threads_;
   pose.polish = run();
+}
+
+RefinementOptions
+PatchPair::lastStep() const
+{
+  const EvidenceConfig& evidence = config_.judgement.evidence;
+  return refinement(evidence.match, evidence.match, evidence.normals, 1);
 }
 
 bool
@@ -192,16 +199,11 @@ PatchPair::laysSensorOnSensor(const Eigen::Isometry3d& T_target_source) const
   return seesFreeSpace() && (T_target_source * source_.viewpoint - target_.viewpoint).norm() < config_.search.bin_width;
 }
 
-/// By the evidence of both scans, each in the other.
 void
 PatchPair::score(ScoredPose& pose, const VisibilityOptions& options) const
 {
   const Eigen::Isometry3d& T = pose.T_target_source;
-  SurfaceEvidence both = collectEvidence(source_.patches.samples, target_.index, freeSpace(target_), T, options);
-  SurfaceEvidence back =
-      collectEvidence(target_.patches.samples, source_.index, freeSpace(source_), T.inverse(), options);
-  back.matched_normals = (T.linear() * back.matched_normals * T.linear().transpose()).eval();
-  both += back;
+  SurfaceEvidence both = evidenceAt(T, options);
   // The fourth root of an area grows with the square root of the scale: the posterior counts patches at scale 1.
   both.patches *= 1 / std::sqrt(scale_);
   both.facing *= 1 / std::sqrt(scale_);

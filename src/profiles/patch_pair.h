@@ -55,9 +55,6 @@ public:
     return deadline_.hasPassed();
   }
 
-  /// Free space of the target, nullptr when its viewpoint is not believed.
-  const RangeImage*
-  targetImage() const;
   /// Whether contradictions can be seen at all, both ways.
   bool
   seesFreeSpace() const;
@@ -97,6 +94,10 @@ public:
   VisibilityOptions
   fineTolerances() const;
 
+  /// What the surface of each scan meets in the other under a pose, normals in the target frame.
+  SurfaceEvidence
+  evidenceAt(const Eigen::Isometry3d& T_target_source, const VisibilityOptions& tolerances) const;
+
   /// Evidence and score of a pose before the fine refinement.
   void
   scoreCoarse(ScoredPose& pose) const;
@@ -115,6 +116,9 @@ public:
   /// or explains less, or Options::refine is off. ScoredPose::polish is the last step at the pose that it leaves.
   void
   polish(ScoredPose& pose) const;
+  /// How the surfaces are laid onto each other where the pose is all but exact: one step of refineMutual(), one thread.
+  RefinementOptions
+  lastStep() const;
 
   /// Take a finely judged pose to where a refinement has led it, if it explains the scans about as well there, or
   /// better: a refinement may be drawn away by what moved, or by patches of few points. \return whether it moved

@@ -37,6 +37,13 @@ struct PatchScan {
   SurfacePoints surface;  ///< points for the final polish, laid on the patches of the other scan
   std::vector<StageReport> stages;
   std::string unfinished; ///< stage in which the time ran out: nothing here may be used then; empty when complete
+
+  /// What the sensor saw through; null when the viewpoint is not believed.
+  const RangeImage*
+  freeSpace() const
+  {
+    return range_image.empty() ? nullptr : &range_image;
+  }
 };
 
 /** \brief Stages 1 to 5 of the default profile for one scan. Never fails on data: see PatchScan::extent and sizes.

@@ -37,6 +37,14 @@ paddedCount(const PlaneMatches& matches)
 
 } // namespace
 
+PlaneEquations::Matrix6
+aboutOrigin(const Eigen::Vector3d& centre)
+{
+  PlaneEquations::Matrix6 a = PlaneEquations::Matrix6::Identity();
+  a.topRightCorner<3, 3>() << 0, -centre.z(), centre.y(), centre.z(), 0, -centre.x(), -centre.y(), centre.x(), 0;
+  return a;
+}
+
 PlaneEquations&
 PlaneEquations::operator+=(const PlaneEquations& other)
 {

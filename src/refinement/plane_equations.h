@@ -47,6 +47,11 @@ struct PlaneEquations {
   solve() const;
 };
 
+/// The matrix A that takes J about a centre to J about the origin, from which the centre lies at \p centre [m]: A J is
+/// [(p + centre) x n; n], so what was sum J J^T becomes A (sum J J^T) A^T.
+PlaneEquations::Matrix6
+aboutOrigin(const Eigen::Vector3d& centre);
+
 /// Places that met planes: at most as many as a PlaceBlock holds.
 struct PlaneMatches {
   using Doubles = PlaceBlock::Doubles;

@@ -80,28 +80,30 @@ struct E57Column {
   }
 };
 
-inline E57Column
-singleColumn(const std::string& name, const std::vector<float>& values)
+/// Numbers by the bits of their type, float or double.
+template <typename Real>
+E57Column
+realColumn(const std::string& element, const std::vector<Real>& values)
 {
-  E57Column column{name + R"( type="Float" precision="single")", 32, {}, {}};
-  for (const float value : values) {
-    std::uint32_t bits = 0;
-    std::memcpy(&bits, &value, sizeof(bits));
+  E57Column column{element, 8 * sizeof(Real), {}, {}};
+  for (const Real value : values) {
+    std::uint64_t bits = 0;
+    std::memcpy(&bits, &value, sizeof(value));
     column.stored.push_back(bits);
   }
   return column;
 }
 
 inline E57Column
+singleColumn(const std::string& name, const std::vector<float>& values)
+{
+  return realColumn(name + R"( type="Float" precision="single")", values);
+}
+
+inline E57Column
 doubleColumn(const std::string& name, const std::vector<double>& values)
 {
-  E57Column column{name + R"( type="Float")", 64, {}, {}};
-  for (const double value : values) {
-    std::uint64_t bits = 0;
-    std::memcpy(&bits, &value, sizeof(bits));
-    column.stored.push_back(bits);
-  }
-  return column;
+  return realColumn(name + R"( type="Float")", values);
 }
 
 /// \p attributes: minimum, maximum, scale, offset
