@@ -83,8 +83,7 @@ TEST(CorrespondenceDistance, LeavesOutWhatNothingDeterminesAndBoundsTheRest)
   const double known = correspondenceDistance(polishWith(0.02), uncertaintyOf({0.01}), 0.05, kMost);
   const double infinite = std::numeric_limits<double>::infinity();
   EXPECT_EQ(correspondenceDistance(polishWith(0.02), uncertaintyOf({infinite, 0.01}), 0.05, kMost), known);
-  EXPECT_NEAR(
-      correspondenceDistance(polishWith(0.02), uncertaintyOf({7}), 0, kMost), std::hypot(0.06, kMost), 1e-12);
+  EXPECT_NEAR(correspondenceDistance(polishWith(0.02), uncertaintyOf({7}), 0, kMost), std::hypot(0.06, kMost), 1e-12);
 }
 
 TEST(CorrespondenceDistance, IsNothingWithoutMatchesAndNoLessThanTheNoiseFloor)

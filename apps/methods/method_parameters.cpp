@@ -156,11 +156,7 @@ scalesOf(double leaf, const ParameterRule& rule)
 }
 
 ThinnedPair
-thinPair(const ScanView& source,
-         const ScanView& target,
-         const ParameterRule& rule,
-         unsigned threads,
-         double most_leaf)
+thinPair(const ScanView& source, const ScanView& target, const ParameterRule& rule, unsigned threads, double most_leaf)
 {
   const ScanExtent source_extent = measureExtent(source);
   const ScanExtent target_extent = measureExtent(target);

@@ -32,8 +32,8 @@ struct ParameterRule {
   double feature_radius = 5;         ///< of FPFH [leafs]
   double threshold = 1.5;            ///< inlier distance of the global methods [leafs]
   double refine_distance = 20;       ///< correspondence distance of the refiners from the start [leafs]
-  double polish_distance = 1.5;      ///< the same after ssfr [leafs]: where it suits, the leaf follows from it
-  double polish_normals = 2;         ///< radius of normals after ssfr [correspondence distances]
+  double polish_distance = 1;        ///< the same after ssfr, which suggests it: the leaf follows from it [leafs]
+  double polish_normals = 4;         ///< radius of normals after ssfr [correspondence distances]
   double polish_cell = 6;            ///< cells of NDT after ssfr [correspondence distances]
   double ndt_cell = 10;              ///< [leafs]
   double keypoint_leaf = 8;          ///< spacing of the points that kfpcs works on [leafs]
@@ -99,11 +99,8 @@ struct ThinnedPair {
  * \param[in] most_leaf the leaf is no larger before it grows where points are few [m]; 0: no bound
  */
 ThinnedPair
-thinPair(const ScanView& source,
-         const ScanView& target,
-         const ParameterRule& rule,
-         unsigned threads,
-         double most_leaf = 0);
+thinPair(
+    const ScanView& source, const ScanView& target, const ParameterRule& rule, unsigned threads, double most_leaf = 0);
 
 } // namespace apps
 } // namespace pcl_ssfr

@@ -19,8 +19,6 @@
 #include <chrono>
 #include <cmath>
 #include <cstdint>
-#include <fstream>
-#include <sstream>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -105,6 +103,15 @@ runSsfr(const io::LoadedCloud& source,
   return {frames.toFiles(result), std::move(prepared_source), std::move(prepared_target), frames};
 }
 
+/// The evidence that ssfr has for a pose in file coordinates.
+Candidate
+scored(const SsfrRun& ssfr, const Options& options, const Eigen::Isometry3d& T_files)
+{
+  Candidate candidate = scorePose(ssfr.source, ssfr.target, options, ssfr.frames.toClouds(T_files));
+  candidate.T_target_source = T_files;
+  return candidate;
+}
+
 /// A thinned scan as a cloud about its origin, with unit normals where the file had some.
 Cloud::Ptr
 toCloud(const ThinnedCloud& thinned)
@@ -182,7 +189,7 @@ preparePair(const std::string& name,
   auto clock = std::chrono::steady_clock::now();
   const ScanView source_view = viewOf(source);
   const ScanView target_view = viewOf(target);
-  const double suggested = !ssfr                          ? 0
+  const double suggested = !ssfr                        ? 0
                            : options.overlap_radius > 0 ? options.overlap_radius
                                                         : ssfr->correspondence_distance;
   const ThinnedPair thinned =
@@ -192,20 +199,22 @@ preparePair(const std::string& name,
     input.scales.normal_radius = options.normal_radius;
   input.correspondence_distance = options.overlap_radius > 0 ? options.overlap_radius
                                   : ssfr ? std::max(suggested, input.scales.leaf * input.rule.polish_distance)
-                                                             : input.scales.refine_distance;
+                                         : input.scales.refine_distance;
   pair.source_origin = thinned.source.origin;
   pair.target_origin = thinned.target.origin;
   input.source = toCloud(thinned.source);
   input.target = toCloud(thinned.target);
   const auto size = [&input] { return input.source->size() + input.target->size(); };
   result.stages.push_back({"thinning", secondsSince(clock), source_view.size + target_view.size, size()});
-  if (ssfr && std::min(input.source->size(), input.target->size()) >= kMinPoints) {
+  if (ssfr) {
     clock = std::chrono::steady_clock::now();
     const std::size_t before = size();
     const double radius =
         std::max(input.scales.normal_radius, input.rule.polish_normals * input.correspondence_distance);
+    const double thickness =
+        input.correspondence_distance / options.patch_profile.judgement.uncertainty.reach_deviations;
     const auto keep = [&](Cloud::Ptr& cloud, const Eigen::Vector3d& sensor) {
-      cloud = planarPoints(*cloud, sensor, radius, input.correspondence_distance / 3, input.threads);
+      cloud = planarPoints(*cloud, sensor, radius, thickness, input.threads);
     };
     keep(input.source, source_view.viewpoint - pair.source_origin);
     keep(input.target, target_view.viewpoint - pair.target_origin);
@@ -301,10 +310,13 @@ runPcl(const Method& method,
   result.stages.push_back({method.name, secondsSince(clock), points, moved.size()});
   seconds = secondsSince(start);
   judge(*registration, input, cloud_start, result);
+  if (ssfr)
+    result.correspondence_distance = input.correspondence_distance;
   return frames.toFiles(result);
 }
 
-/// ssfr first, then a refiner of PCL from its answer; the judgement stays that of ssfr.
+/// ssfr first, then a refiner of PCL from its answer, which is taken where it is no worse by the evidence of ssfr and
+/// at the same place: its sensor moved no farther than correspondences reach. The judgement stays that of ssfr.
 Result
 runSsfrRefined(const Method& method,
                const io::LoadedCloud& source,
@@ -322,44 +334,31 @@ runSsfrRefined(const Method& method,
     return result;
   double refining = 0;
   const Method& refiner = *findMethod(method.refiner);
-  const Result refined =
-      runPcl(refiner, source, target, options, settings, &result, std::nullopt, refining);
-  {
-    const auto put = [&](std::ostream& out, const Eigen::Isometry3d& T) {
-      const Candidate c = scorePose(ssfr.source, ssfr.target, options, ssfr.frames.toClouds(T));
-      const Eigen::Isometry3d D = T * result.T_target_source.inverse();
-      const Eigen::AngleAxisd aa(D.linear());
-      Eigen::Matrix<double, 6, 1> m;
-      m << aa.angle() * aa.axis(), D.translation();
-      const double maha = std::sqrt(std::max(0.0, m.dot(result.information * m)));
-      out << ' ' << c.score << ' ' << c.overlap << ' ' << c.rmse << ' ' << maha;
-      for (int r = 0; r < 3; ++r)
-        for (int k = 0; k < 4; ++k)
-          out << ' ' << T(r, k);
-    };
-    std::ofstream out("/tmp/h_refine/dump.txt", std::ios::app);
-    out.precision(12);
-    std::string row;
-    std::ostringstream text;
-    text.precision(12);
-    text << method.refiner << ' ' << source.points->size() << ' ' << result.correspondence_distance << ' '
-         << refined.accepted() << ' ' << refining << ' ' << seconds;
-    put(text, result.T_target_source);
-    put(text, refined.T_target_source);
-    for (const auto& st : refined.stages)
-      text << ' ' << st.count_in << '/' << st.count_out << '/' << st.seconds;
-    out << text.str() << std::endl;
-  }
+  const Result refined = runPcl(refiner, source, target, options, settings, &result, std::nullopt, refining);
   seconds += refining;
   result.stages.insert(result.stages.end(), refined.stages.begin(), refined.stages.end());
   if (!refined.accepted()) {
-    result.message += "; " + method.refiner + " did not converge from there, the pose is that of ssfr";
+    result.message += "; " + method.refiner + " gave no pose (" + refined.message + "), the pose is that of ssfr";
     return result;
   }
-  result.T_target_source = refined.T_target_source;
-  result.rmse = refined.rmse;
-  if (!result.candidates.empty())
-    result.candidates.front().T_target_source = refined.T_target_source;
+  const auto clock = std::chrono::steady_clock::now();
+  const Candidate ours = scored(ssfr, options, result.T_target_source);
+  Candidate moved = scored(ssfr, options, refined.T_target_source);
+  const Eigen::Vector3d sensor = source.offset + viewOf(source).viewpoint;
+  const double walked = (refined.T_target_source * sensor - result.T_target_source * sensor).norm();
+  seconds += secondsSince(clock);
+  if (!isNoWorse(moved, ours) || walked > refined.correspondence_distance) {
+    result.message += "; " + method.refiner + " led to no better pose from there, the pose is that of ssfr";
+    return result;
+  }
+  Candidate& best = result.candidates.front();
+  moved.probability = best.probability;
+  moved.from_guess = best.from_guess;
+  best = moved;
+  result.T_target_source = best.T_target_source;
+  result.overlap = best.overlap;
+  result.contradiction = best.contradiction;
+  result.rmse = best.rmse;
   return result;
 }
 

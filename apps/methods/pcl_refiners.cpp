@@ -91,8 +91,7 @@ MethodRegistration::Ptr
 makeNdt(const MethodInput& input)
 {
   auto ndt = makeRefiner<pcl::NormalDistributionsTransform<MethodPoint, MethodPoint>>(input);
-  const double cell =
-      input.is_planar ? input.rule.polish_cell * input.correspondence_distance : input.scales.ndt_cell;
+  const double cell = input.is_planar ? input.rule.polish_cell * input.correspondence_distance : input.scales.ndt_cell;
   ndt->setResolution(static_cast<float>(cell)); // before the target, whose cells are made at once
   ndt->setStepSize(kNdtStepShare * cell);
   ndt->setInputTarget(input.target);

@@ -16,7 +16,8 @@ namespace apps {
  * \param[in] thickness largest standard deviation across it [m] \param[in] threads only change the speed
  */
 MethodCloud::Ptr
-planarPoints(const MethodCloud& cloud, const Eigen::Vector3d& sensor, double radius, double thickness, unsigned threads);
+planarPoints(
+    const MethodCloud& cloud, const Eigen::Vector3d& sensor, double radius, double thickness, unsigned threads);
 
 } // namespace apps
 } // namespace pcl_ssfr

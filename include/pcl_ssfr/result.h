@@ -72,6 +72,15 @@ struct Candidate {
   bool from_guess = false;    ///< the caller's initial guess (refined), not found by the method
 };
 
+/// Whether the evidence for a pose is no worse than that for another one near it: it scores no less, and its matches
+/// lie no farther apart. A pose that a local refiner made of ours is worth keeping then, and only then; see
+/// scorePose().
+inline bool
+isNoWorse(const Candidate& pose, const Candidate& than)
+{
+  return pose.score >= than.score && pose.rmse <= than.rmse;
+}
+
 /// A direction of motion that the scene does not determine.
 struct UnobservableDirection {
   Eigen::Vector3d direction =

@@ -56,8 +56,8 @@ struct ScoredPose {
   double translation_seconds = 0, score_seconds = 0;
 };
 
-/// METHOD stage 12: the LCP of a pose between the centred scans. 2017 counts neighbours nearer than the leaf; 2019 sums a
-/// kernel over sqrt(3) bin widths.
+/// METHOD stage 12: the LCP of a pose between the centred scans. 2017 counts neighbours nearer than the leaf; 2019 sums
+/// a kernel over sqrt(3) bin widths.
 Overlap
 overlapAt(const PaperScan& source,
           const PaperScan& target,

@@ -173,8 +173,8 @@ RefinementOptions
 PatchPair::polishOptions() const
 {
   const EvidenceConfig& evidence = config_.judgement.evidence;
-  RefinementOptions options = refinement(
-      config_.refinement.polish_reach, evidence.match, evidence.normals, options_.max_refinement_steps);
+  RefinementOptions options =
+      refinement(config_.refinement.polish_reach, evidence.match, evidence.normals, options_.max_refinement_steps);
   options.threads = threads_;
   return options;
 }
