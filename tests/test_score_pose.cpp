@@ -96,15 +96,15 @@ TEST_F(ScorePose, GivesTheCandidatesOfARegistrationTheirScores)
   }
 }
 
-TEST_F(ScorePose, APoseBesideTheTruthScoresLess)
+TEST_F(ScorePose, APoseNearTheTruthScoresLess)
 {
   const Candidate right = scored(scans_->truth);
   EXPECT_GT(right.score, 0.5);
   EXPECT_LT(right.rmse, 0.03);
   for (const Eigen::Vector3d& shift : {Eigen::Vector3d(0.3, 0, 0), Eigen::Vector3d(0, 0.3, 0.2)})
     EXPECT_LT(scored(Eigen::Translation3d(shift) * scans_->truth).score, 0.8 * right.score);
-  const Eigen::Isometry3d turned = Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitZ()) * scans_->truth;
-  EXPECT_LT(scored(turned).score, 0.8 * right.score);
+  const Eigen::Isometry3d rotated = Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitZ()) * scans_->truth;
+  EXPECT_LT(scored(rotated).score, 0.8 * right.score);
   // A centimetre is within what counts as a match, but the planes lie farther apart.
   EXPECT_GT(scored(Eigen::Translation3d(0.02, 0.02, 0.02) * scans_->truth).rmse, 1.2 * right.rmse);
 }
