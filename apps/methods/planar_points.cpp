@@ -19,6 +19,7 @@ namespace {
 
 constexpr std::size_t kMinPoints = 5; ///< of a plane, as PatchOptions::min_points
 constexpr double kMaxFlatness = 0.3;  ///< thickness over the second extent, as PatchOptions::max_flatness
+constexpr double kMinWidth = 1e-3;    ///< of a plane over its length: rounding alone gives a line some width
 constexpr std::int64_t kBlock = 64;   ///< points that a thread takes at a time
 
 } // namespace
@@ -26,6 +27,8 @@ constexpr std::int64_t kBlock = 64;   ///< points that a thread takes at a time
 MethodCloud::Ptr
 planarPoints(const MethodCloud& cloud, const Eigen::Vector3d& sensor, double radius, double thickness, unsigned threads)
 {
+  if (cloud.empty())
+    return pcl::make_shared<MethodCloud>();
   pcl::search::KdTree<MethodPoint> tree;
   tree.setInputCloud(cloud.makeShared());
   MethodCloud points = cloud;
@@ -49,7 +52,8 @@ planarPoints(const MethodCloud& cloud, const Eigen::Vector3d& sensor, double rad
     mean /= n;
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(sum / n - mean * mean.transpose());
     const Eigen::Vector3d variances = solver.eigenvalues().cwiseMax(0);
-    if (variances[0] > thickness * thickness || variances[0] > kMaxFlatness * kMaxFlatness * variances[1])
+    if (variances[0] > thickness * thickness || variances[0] > kMaxFlatness * kMaxFlatness * variances[1] ||
+        variances[1] <= kMinWidth * kMinWidth * variances[2])
       return;
     const Eigen::Vector3d normal = solver.eigenvectors().col(0);
     point.getNormalVector3fMap() = (normal.dot(sensor - p) < 0 ? -normal : normal).cast<float>();
