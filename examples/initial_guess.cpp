@@ -2,8 +2,9 @@
 // Copyright (c) 2026, pcl_ssfr contributors
 
 // SSFR as the initial guess of PCL's local methods: ICP, GICP and NDT, each alone from identity and from SSFR's pose.
-// Usage: initial_guess SOURCE.pcd TARGET.pcd [LEAF]
-// LEAF: the local methods work on clouds thinned to this [m], 0.1 when not given. SSFR takes the clouds as they are.
+// SSFR suggests how far their correspondences may reach from there, and says whether what they made of its pose is
+// better. Usage: initial_guess SOURCE.pcd TARGET.pcd [LEAF] LEAF: the local methods work on clouds thinned to this [m],
+// 0.1 when not given. SSFR takes the clouds as they are.
 
 #include <pcl_ssfr/structured_scene_registration.h>
 
@@ -20,6 +21,7 @@
 #include <cstdlib>
 #include <iomanip>
 #include <iostream>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -32,9 +34,8 @@ using Registration = pcl::Registration<Point, Point>;
 
 constexpr double kDefaultLeaf = 0.1; ///< [m]
 constexpr double kReach = 1.0;       ///< points farther than this from the target do not count in the distance [m]
-/// Correspondences of ICP and GICP: wide for the best chance alone, narrow where the guess is good [m].
-constexpr double kWideReach = 1.0;
-constexpr double kNarrowReach = 0.3;
+constexpr double kWideReach = 1.0;   ///< correspondences of ICP and GICP alone, for the best chance [m]
+constexpr double kCellPerReach = 6;  ///< width of NDT's cells: noise is thin in them, and each holds some points
 
 Cloud::Ptr
 thinned(const Cloud::ConstPtr& cloud, double leaf)
@@ -49,16 +50,16 @@ thinned(const Cloud::ConstPtr& cloud, double leaf)
 
 /// The local methods, with settings as their tutorials have them.
 std::vector<std::pair<std::string, Registration::Ptr>>
-localMethods()
+localMethods(double ndt_cell)
 {
   const auto icp = pcl::make_shared<pcl::IterativeClosestPoint<Point, Point>>();
   icp->setMaximumIterations(50);
   const auto gicp = pcl::make_shared<pcl::GeneralizedIterativeClosestPoint<Point, Point>>();
   gicp->setMaximumIterations(50);
   const auto ndt = pcl::make_shared<pcl::NormalDistributionsTransform<Point, Point>>();
-  ndt->setResolution(1.0F);
-  ndt->setStepSize(0.1);
-  ndt->setTransformationEpsilon(0.01);
+  ndt->setResolution(static_cast<float>(ndt_cell));
+  ndt->setStepSize(0.1 * ndt_cell);
+  ndt->setTransformationEpsilon(1e-6);
   ndt->setMaximumIterations(50);
   return {{"ICP", icp}, {"GICP", gicp}, {"NDT", ndt}};
 }
@@ -83,9 +84,14 @@ meanDistance(const Cloud& source, const pcl::search::KdTree<Point>& target, cons
   return count > 0 ? std::sqrt(sum / static_cast<double>(count)) : kReach;
 }
 
-/// One line: did it converge, how near do the clouds lie, and how far is the pose from SSFR's.
+/// One line: did it converge, how near do the clouds lie, how far is the pose from SSFR's, and is it as good.
 void
-report(const std::string& name, Registration& method, double distance, const Eigen::Matrix4f& T_ssfr)
+report(const std::string& name,
+       Registration& method,
+       double distance,
+       const Eigen::Matrix4f& T_ssfr,
+       const pcl_ssfr::Candidate& evidence,
+       const pcl_ssfr::Candidate& of_ssfr)
 {
   const Eigen::Matrix4f T = method.getFinalTransformation();
   const Eigen::Matrix3f R_between = T_ssfr.topLeftCorner<3, 3>().transpose() * T.topLeftCorner<3, 3>();
@@ -93,7 +99,8 @@ report(const std::string& name, Registration& method, double distance, const Eig
   const double metres = (T.topRightCorner<3, 1>() - T_ssfr.topRightCorner<3, 1>()).norm();
   std::cout << std::left << std::setw(18) << name << std::right << std::fixed << std::setprecision(3) << std::setw(10)
             << (method.hasConverged() ? "yes" : "no") << std::setw(14) << distance << std::setw(16) << degrees
-            << std::setw(10) << metres << '\n';
+            << std::setw(10) << metres << std::setw(8) << evidence.score << std::setw(10) << 1000 * evidence.rmse
+            << (isNoWorse(evidence, of_ssfr) ? "  keep it" : "  keep SSFR's") << '\n';
 }
 
 } // namespace
@@ -126,18 +133,23 @@ main(int argc, char** argv)
   const Cloud::Ptr thin_target = thinned(target, leaf);
   pcl::search::KdTree<Point> tree;
   tree.setInputCloud(thin_target);
+  const std::optional<pcl_ssfr::Candidate> of_ssfr = ssfr.scorePose(guess);
   const auto print = [&](const std::string& name, Registration& method) {
-    report(name, method, meanDistance(*thin_source, tree, method.getFinalTransformation()), guess);
+    const std::optional<pcl_ssfr::Candidate> evidence = ssfr.scorePose(method.getFinalTransformation());
+    const double distance = meanDistance(*thin_source, tree, method.getFinalTransformation());
+    report(name, method, distance, guess, evidence.value_or(pcl_ssfr::Candidate()), *of_ssfr);
   };
-  std::cout << "method             converged  distance [m]  from SSFR [deg]       [m]\n";
+  // What SSFR suggests is for its own points; these are as far apart as the leaf.
+  const double reach = std::hypot(ssfr.getCorrespondenceDistance(), leaf);
+  std::cout << "method             converged  distance [m]  from SSFR [deg]       [m]   score  rms [mm]\n";
   print("SSFR", ssfr);
-  for (const auto& [name, method] : localMethods()) {
+  for (const auto& [name, method] : localMethods(kCellPerReach * reach)) {
     method->setInputSource(thin_source);
     method->setInputTarget(thin_target);
     method->setMaxCorrespondenceDistance(kWideReach);
     method->align(moved);
     print(name + " alone", *method);
-    method->setMaxCorrespondenceDistance(kNarrowReach);
+    method->setMaxCorrespondenceDistance(reach);
     method->align(moved, guess);
     print(name + " with guess", *method);
   }

@@ -387,6 +387,7 @@ TEST_F(Program, alignsARoomWithOffsetsAndWritesEverything)
                           "T_target_source",
                           "overlap",
                           "confidence",
+                          "correspondence_distance_m",
                           "time_s",
                           "peak_rss_mib",
                           "candidates",

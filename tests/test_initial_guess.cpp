@@ -18,7 +18,10 @@
 #include <gtest/gtest.h>
 
 #include <cctype>
+#include <cmath>
 #include <cstdint>
+#include <limits>
+#include <optional>
 #include <ostream>
 #include <string>
 #include <utility>
@@ -43,9 +46,7 @@ constexpr double kMaxRotation = 2 * kDegree; ///< success, as everywhere in this
 constexpr double kMaxTranslation = 0.3;      ///< [m]
 constexpr float kLeaf = 0.15F;               ///< the local methods get clouds thinned to this [m]
 
-/// Correspondences of ICP and GICP: wide for the best chance alone, narrow where the guess is good [m].
-constexpr double kWideReach = 1.0;
-constexpr double kNarrowReach = 0.3;
+constexpr double kWideReach = 1.0; ///< correspondences of ICP and GICP alone, for the best chance [m]
 
 struct Case {
   std::string real_set; ///< folder of real scans; empty: the simulated ones in data/
@@ -112,6 +113,14 @@ TEST_P(InitialGuess, TurnsFailureIntoSuccess)
   ASSERT_TRUE(ssfr.hasConverged()) << ssfr.getResult().message;
   ASSERT_THAT(ssfr.getFinalTransformation(), IsPoseNear(truth, kMaxRotation, kMaxTranslation));
 
+  EXPECT_GT(ssfr.getCorrespondenceDistance(), 0);
+  EXPECT_EQ(ssfr.getCorrespondenceDistance(), ssfr.getResult().correspondence_distance);
+  const double reach = std::hypot(ssfr.getCorrespondenceDistance(), static_cast<double>(kLeaf));
+  EXPECT_LT(reach, 0.4);
+  const std::optional<Candidate> ours = ssfr.scorePose(ssfr.getFinalTransformation());
+  ASSERT_TRUE(ours);
+  EXPECT_NEAR(ours->score, ssfr.getResult().candidates.front().score, 1e-3);
+
   const Cloud::Ptr source = thinned(whole_source);
   const Cloud::Ptr target = thinned(whole_target);
   for (const auto& [name, method] : localMethods()) {
@@ -121,12 +130,34 @@ TEST_P(InitialGuess, TurnsFailureIntoSuccess)
     method->align(moved);
     EXPECT_THAT(method->getFinalTransformation(), Not(IsPoseNear(truth, kMaxRotation, kMaxTranslation)))
         << name << " alone: the pair shows nothing";
-    method->setMaxCorrespondenceDistance(kNarrowReach);
+    const std::optional<Candidate> alone = ssfr.scorePose(method->getFinalTransformation());
+    ASSERT_TRUE(alone);
+    EXPECT_FALSE(isNoWorse(*alone, *ours)) << name << " alone";
+    method->setMaxCorrespondenceDistance(reach);
     method->align(moved, ssfr.getFinalTransformation());
     EXPECT_TRUE(method->hasConverged()) << name << " with SSFR's guess";
     EXPECT_THAT(method->getFinalTransformation(), IsPoseNear(truth, kMaxRotation, kMaxTranslation))
         << name << " with SSFR's guess";
   }
+}
+
+TEST(InitialGuessApi, ScoresNothingWithoutCloudsOrARigidMotion)
+{
+  StructuredSceneRegistration<Point, Point> ssfr;
+  EXPECT_EQ(ssfr.getCorrespondenceDistance(), 0);
+  const Eigen::Matrix4f identity = Eigen::Matrix4f::Identity();
+  EXPECT_FALSE(ssfr.scorePose(identity));
+  const auto cloud = pcl::make_shared<Cloud>();
+  for (int i = 0; i < 100; ++i)
+    cloud->push_back(Point(static_cast<float>(i % 10), static_cast<float>(i / 10), 0));
+  ssfr.setInputSource(cloud);
+  EXPECT_FALSE(ssfr.scorePose(identity));
+  ssfr.setInputTarget(cloud);
+  EXPECT_TRUE(ssfr.scorePose(identity)); // no align() before
+  Eigen::Matrix4f wrong = identity;
+  wrong(0, 3) = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_FALSE(ssfr.scorePose(wrong));
+  EXPECT_FALSE(ssfr.scorePose(2 * identity));
 }
 
 std::string

@@ -286,7 +286,7 @@ answer(const PairCase& pair, const Options& options)
       prepared(pair.source), prepared(pair.target), options, pair.guess ? &*pair.guess : nullptr, Deadline(), nullptr);
   std::ostringstream text;
   text << std::setprecision(17) << toString(result.status) << result.message << result.confidence
-       << result.T_target_source.matrix() << result.information;
+       << result.T_target_source.matrix() << result.information << result.correspondence_distance;
   for (const Candidate& candidate : result.candidates)
     text << candidate.probability << ' ' << candidate.T_target_source.matrix();
   for (const StageReport& stage : result.stages)

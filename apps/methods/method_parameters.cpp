@@ -86,7 +86,9 @@ parameterTable()
       {"feature_radius", &R::feature_radius, 0.1, kNoLimit, "radius of FPFH [leafs]"},
       {"threshold", &R::threshold, 0.1, kNoLimit, "inlier distance of the global methods [leafs]"},
       {"refine_distance", &R::refine_distance, 0.1, kNoLimit, "correspondences of the refiners [leafs]"},
-      {"polish_distance", &R::polish_distance, 0.1, kNoLimit, "the same after ssfr [leafs]"},
+      {"polish_distance", &R::polish_distance, 0.1, kNoLimit, "the same after ssfr, which suggests it [leafs]"},
+      {"polish_normals", &R::polish_normals, 0.1, kNoLimit, "radius of normals after ssfr [correspondence distances]"},
+      {"polish_cell", &R::polish_cell, 0.1, kNoLimit, "cells of NDT after ssfr [correspondence distances]"},
       {"ndt_cell", &R::ndt_cell, 0.1, kNoLimit, "cells of NDT [leafs]"},
       {"keypoint_leaf", &R::keypoint_leaf, 1, kNoLimit, "spacing of the points of kfpcs [leafs]"},
       {"refine_iterations", &R::refine_iterations, 1, 1e6, "bound of ICP, GICP and NDT"},
@@ -148,14 +150,13 @@ scalesOf(double leaf, const ParameterRule& rule)
   scales.feature_radius = leaf * rule.feature_radius;
   scales.threshold = leaf * rule.threshold;
   scales.refine_distance = leaf * rule.refine_distance;
-  scales.polish_distance = leaf * rule.polish_distance;
   scales.ndt_cell = leaf * rule.ndt_cell;
   scales.keypoint_leaf = leaf * rule.keypoint_leaf;
   return scales;
 }
 
 ThinnedPair
-thinPair(const ScanView& source, const ScanView& target, const ParameterRule& rule, unsigned threads)
+thinPair(const ScanView& source, const ScanView& target, const ParameterRule& rule, unsigned threads, double most_leaf)
 {
   const ScanExtent source_extent = measureExtent(source);
   const ScanExtent target_extent = measureExtent(target);
@@ -164,6 +165,8 @@ thinPair(const ScanView& source, const ScanView& target, const ParameterRule& ru
     return pair;
   const double radius = std::min(source_extent.radius, target_extent.radius);
   double leaf = rule.leaf > 0 ? rule.leaf : std::max(rule.min_leaf, rule.leaf_share * radius);
+  if (most_leaf > 0 && !(rule.leaf > 0))
+    leaf = std::min(leaf, most_leaf);
   const auto thin = [&] {
     pair.source = thinScan(source, leaf, source_extent.median, 0, threads);
     pair.target = thinScan(target, leaf, target_extent.median, 0, threads);

@@ -32,7 +32,9 @@ struct ParameterRule {
   double feature_radius = 5;         ///< of FPFH [leafs]
   double threshold = 1.5;            ///< inlier distance of the global methods [leafs]
   double refine_distance = 20;       ///< correspondence distance of the refiners from the start [leafs]
-  double polish_distance = 3;        ///< the same after ssfr [leafs]
+  double polish_distance = 1;        ///< the same after ssfr, which suggests it: the leaf follows from it [leafs]
+  double polish_normals = 4;         ///< radius of normals after ssfr [correspondence distances]
+  double polish_cell = 6;            ///< cells of NDT after ssfr [correspondence distances]
   double ndt_cell = 10;              ///< [leafs]
   double keypoint_leaf = 8;          ///< spacing of the points that kfpcs works on [leafs]
   double refine_iterations = 50;     ///< of ICP, GICP and NDT
@@ -79,7 +81,6 @@ struct Scales {
   double feature_radius = 0;
   double threshold = 0;
   double refine_distance = 0;
-  double polish_distance = 0;
   double ndt_cell = 0;
   double keypoint_leaf = 0;
 };
@@ -94,9 +95,12 @@ struct ThinnedPair {
   ThinnedCloud target;
 };
 
-/// Derive the leaf and thin. Both are empty when a scan has no finite point.
+/** \brief Derive the leaf and thin. Both are empty when a scan has no finite point.
+ * \param[in] most_leaf the leaf is no larger before it grows where points are few [m]; 0: no bound
+ */
 ThinnedPair
-thinPair(const ScanView& source, const ScanView& target, const ParameterRule& rule, unsigned threads);
+thinPair(
+    const ScanView& source, const ScanView& target, const ParameterRule& rule, unsigned threads, double most_leaf = 0);
 
 } // namespace apps
 } // namespace pcl_ssfr

@@ -68,6 +68,7 @@ struct MethodInput {
   Scales scales;
   ParameterRule rule;
   double correspondence_distance = 0; ///< of the refiners [m]
+  bool is_planar = false;             ///< refiners: all points lie on planes and have unit normals, the pose is near
   unsigned threads = 1;               ///< > 0
   std::uint64_t seed = 1;             ///< of the methods that draw lots
 };

@@ -10,6 +10,7 @@
 #include <pcl_ssfr/scan_view.h>
 
 #include <apps/methods/cloud_view.h>
+#include <apps/methods/planar_points.h>
 
 #include <pcl/features/normal_3d_omp.h>
 #include <pcl/search/kdtree.h>
@@ -17,7 +18,10 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdint>
 #include <stdexcept>
+#include <utility>
+#include <vector>
 
 namespace pcl_ssfr {
 namespace apps {
@@ -74,7 +78,15 @@ private:
   Eigen::Vector3d target_;
 };
 
-Result
+/// What ssfr found, in file coordinates, and what it takes to score other poses.
+struct SsfrRun {
+  Result result;
+  PreparedScan source;
+  PreparedScan target;
+  Frames frames;
+};
+
+SsfrRun
 runSsfr(const io::LoadedCloud& source,
         const io::LoadedCloud& target,
         const Options& options,
@@ -85,9 +97,19 @@ runSsfr(const io::LoadedCloud& source,
   if (guess)
     cloud_guess = frames.toClouds(*guess);
   const Deadline deadline = Deadline::after(options.time_limit);
-  const auto [prepared_source, prepared_target] = prepareScans(viewOf(source), viewOf(target), options, deadline);
-  return frames.toFiles(
-      registerScans(prepared_source, prepared_target, options, cloud_guess ? &*cloud_guess : nullptr, deadline));
+  auto [prepared_source, prepared_target] = prepareScans(viewOf(source), viewOf(target), options, deadline);
+  const Result result =
+      registerScans(prepared_source, prepared_target, options, cloud_guess ? &*cloud_guess : nullptr, deadline);
+  return {frames.toFiles(result), std::move(prepared_source), std::move(prepared_target), frames};
+}
+
+/// The evidence that ssfr has for a pose in file coordinates.
+Candidate
+scored(const SsfrRun& ssfr, const Options& options, const Eigen::Isometry3d& T_files)
+{
+  Candidate candidate = scorePose(ssfr.source, ssfr.target, options, ssfr.frames.toClouds(T_files));
+  candidate.T_target_source = T_files;
+  return candidate;
 }
 
 /// A thinned scan as a cloud about its origin, with unit normals where the file had some.
@@ -152,7 +174,7 @@ preparePair(const std::string& name,
             const io::LoadedCloud& target,
             const Options& options,
             const MethodSettings& settings,
-            bool polish,
+            const Result* ssfr,
             Result& result)
 {
   PreparedPair pair;
@@ -167,20 +189,39 @@ preparePair(const std::string& name,
   auto clock = std::chrono::steady_clock::now();
   const ScanView source_view = viewOf(source);
   const ScanView target_view = viewOf(target);
-  const ThinnedPair thinned = thinPair(source_view, target_view, input.rule, input.threads);
+  const double suggested = !ssfr                        ? 0
+                           : options.overlap_radius > 0 ? options.overlap_radius
+                                                        : ssfr->correspondence_distance;
+  const ThinnedPair thinned =
+      thinPair(source_view, target_view, input.rule, input.threads, suggested / input.rule.polish_distance);
   input.scales = scalesOf(thinned.source.leaf, input.rule);
   if (options.normal_radius > 0)
     input.scales.normal_radius = options.normal_radius;
   input.correspondence_distance = options.overlap_radius > 0 ? options.overlap_radius
-                                  : polish                   ? input.scales.polish_distance
-                                                             : input.scales.refine_distance;
+                                  : ssfr ? std::max(suggested, input.scales.leaf * input.rule.polish_distance)
+                                         : input.scales.refine_distance;
   pair.source_origin = thinned.source.origin;
   pair.target_origin = thinned.target.origin;
   input.source = toCloud(thinned.source);
   input.target = toCloud(thinned.target);
   const auto size = [&input] { return input.source->size() + input.target->size(); };
   result.stages.push_back({"thinning", secondsSince(clock), source_view.size + target_view.size, size()});
-  if (needsNormals(name) && std::min(input.source->size(), input.target->size()) >= kMinPoints) {
+  if (ssfr) {
+    clock = std::chrono::steady_clock::now();
+    const std::size_t before = size();
+    const double radius =
+        std::max(input.scales.normal_radius, input.rule.polish_normals * input.correspondence_distance);
+    const double thickness =
+        input.correspondence_distance / options.patch_profile.judgement.uncertainty.reach_deviations;
+    const auto keep = [&](Cloud::Ptr& cloud, const Eigen::Vector3d& sensor) {
+      cloud = planarPoints(*cloud, sensor, radius, thickness, input.threads);
+    };
+    keep(input.source, source_view.viewpoint - pair.source_origin);
+    keep(input.target, target_view.viewpoint - pair.target_origin);
+    input.is_planar = true;
+    result.stages.push_back({"planar points", secondsSince(clock), before, size()});
+  }
+  else if (needsNormals(name) && std::min(input.source->size(), input.target->size()) >= kMinPoints) {
     clock = std::chrono::steady_clock::now();
     const std::size_t before = size();
     const auto add = [&](Cloud::Ptr& cloud, bool has_normals, const Eigen::Vector3d& sensor) {
@@ -239,13 +280,13 @@ runPcl(const Method& method,
        const io::LoadedCloud& target,
        const Options& options,
        const MethodSettings& settings,
-       const Eigen::Isometry3d* polish_start,
+       const Result* ssfr,
        const std::optional<Eigen::Isometry3d>& guess,
        double& seconds)
 {
   const auto start = std::chrono::steady_clock::now();
   Result result;
-  PreparedPair pair = preparePair(method.name, source, target, options, settings, polish_start != nullptr, result);
+  PreparedPair pair = preparePair(method.name, source, target, options, settings, ssfr, result);
   MethodInput& input = pair.input;
   if (std::min(input.source->size(), input.target->size()) < kMinPoints) {
     result.status = Status::TooFewPoints;
@@ -258,7 +299,7 @@ runPcl(const Method& method,
   const Frames frames(source.offset + pair.source_origin, target.offset + pair.target_origin);
   Eigen::Isometry3d cloud_start = Eigen::Isometry3d::Identity(); // a global method starts nowhere
   if (method.kind == MethodKind::Refiner)
-    cloud_start = frames.toClouds(polish_start ? *polish_start : guess.value_or(Eigen::Isometry3d::Identity()));
+    cloud_start = frames.toClouds(ssfr ? ssfr->T_target_source : guess.value_or(Eigen::Isometry3d::Identity()));
   auto clock = std::chrono::steady_clock::now();
   const std::size_t points = input.source->size() + input.target->size();
   const MethodRegistration::Ptr registration = makeRegistration(method.name, input);
@@ -269,10 +310,13 @@ runPcl(const Method& method,
   result.stages.push_back({method.name, secondsSince(clock), points, moved.size()});
   seconds = secondsSince(start);
   judge(*registration, input, cloud_start, result);
+  if (ssfr)
+    result.correspondence_distance = input.correspondence_distance;
   return frames.toFiles(result);
 }
 
-/// ssfr first, then a refiner of PCL from its answer; the judgement stays that of ssfr.
+/// ssfr first, then a refiner of PCL from its answer, which is taken where it is no worse by the evidence of ssfr and
+/// at the same place: its sensor moved no farther than correspondences reach. The judgement stays that of ssfr.
 Result
 runSsfrRefined(const Method& method,
                const io::LoadedCloud& source,
@@ -283,24 +327,38 @@ runSsfrRefined(const Method& method,
                double& seconds)
 {
   const auto start = std::chrono::steady_clock::now();
-  Result result = runSsfr(source, target, options, guess);
+  const SsfrRun ssfr = runSsfr(source, target, options, guess);
+  Result result = ssfr.result;
   seconds = secondsSince(start);
   if (!result.accepted())
     return result;
   double refining = 0;
   const Method& refiner = *findMethod(method.refiner);
-  const Result refined =
-      runPcl(refiner, source, target, options, settings, &result.T_target_source, std::nullopt, refining);
+  const Result refined = runPcl(refiner, source, target, options, settings, &result, std::nullopt, refining);
   seconds += refining;
   result.stages.insert(result.stages.end(), refined.stages.begin(), refined.stages.end());
   if (!refined.accepted()) {
-    result.message += "; " + method.refiner + " did not converge from there, the pose is that of ssfr";
+    result.message += "; " + method.refiner + " gave no pose (" + refined.message + "), the pose is that of ssfr";
     return result;
   }
-  result.T_target_source = refined.T_target_source;
-  result.rmse = refined.rmse;
-  if (!result.candidates.empty())
-    result.candidates.front().T_target_source = refined.T_target_source;
+  const auto clock = std::chrono::steady_clock::now();
+  const Candidate ours = scored(ssfr, options, result.T_target_source);
+  Candidate moved = scored(ssfr, options, refined.T_target_source);
+  const Eigen::Vector3d sensor = source.offset + viewOf(source).viewpoint;
+  const double walked = (refined.T_target_source * sensor - result.T_target_source * sensor).norm();
+  seconds += secondsSince(clock);
+  if (!isNoWorse(moved, ours) || walked > refined.correspondence_distance) {
+    result.message += "; " + method.refiner + " led to no better pose from there, the pose is that of ssfr";
+    return result;
+  }
+  Candidate& best = result.candidates.front();
+  moved.probability = best.probability;
+  moved.from_guess = best.from_guess;
+  best = moved;
+  result.T_target_source = best.T_target_source;
+  result.overlap = best.overlap;
+  result.contradiction = best.contradiction;
+  result.rmse = best.rmse;
   return result;
 }
 
@@ -320,7 +378,7 @@ runMethod(const std::string& name,
   MethodRun run;
   if (method->kind == MethodKind::Ssfr) {
     const auto start = std::chrono::steady_clock::now();
-    run.result = runSsfr(source, target, options, guess);
+    run.result = runSsfr(source, target, options, guess).result;
     run.seconds = secondsSince(start);
     run.judged = options.profile != Profile::Paper2017;
   }

@@ -181,6 +181,7 @@ toJson(const Report& report)
   json["confidence"] = report.run.judged ? numberOrNull(result.confidence) : Json(nullptr);
   json["contradiction"] = report.run.judged ? numberOrNull(result.contradiction) : Json(nullptr);
   json["rmse_m"] = numberOrNull(result.rmse);
+  json["correspondence_distance_m"] = report.run.judged ? numberOrNull(result.correspondence_distance) : Json(nullptr);
   json["time_s"] = report.run.seconds;
   json["loading_s"] = report.loading_seconds;
   json["peak_rss_mib"] = report.peak_rss_mib;
@@ -192,6 +193,7 @@ toJson(const Report& report)
                                   {"score", numberOrNull(candidate.score)},
                                   {"overlap", numberOrNull(candidate.overlap)},
                                   {"contradiction", numberOrNull(candidate.contradiction)},
+                                  {"rmse_m", numberOrNull(candidate.rmse)},
                                   {"from_guess", candidate.from_guess}});
   json["unobservable"] = Json::array();
   for (const UnobservableDirection& direction : result.unobservable)

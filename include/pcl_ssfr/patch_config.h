@@ -183,6 +183,8 @@ struct UncertaintyConfig {
   /// Largest standard deviation of a rotation that is determined [rad]: nine of ten such poses are right to two
   /// degrees.
   double max_rotation = 0.0212;
+  /// Standard deviations that Result::correspondence_distance covers, of what leaves planes apart: 99.7 % of them.
+  double reach_deviations = 3;
 };
 
 /// What is known of a pose beforehand, and how far it counts (METHOD, "Priors").

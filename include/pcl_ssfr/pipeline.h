@@ -41,4 +41,21 @@ registerScans(const PreparedScan& source,
               const Deadline& deadline,
               SearchTrace* trace = nullptr);
 
+/** \brief The evidence for a given pose of two prepared scans, without any search: score, overlap, contradiction, rmse.
+ *
+ * A pose of Result::candidates gets the scores that it has there, so that poses from elsewhere compare with them: one
+ * that a local refiner made of Result::T_target_source is worth keeping when it does not score less. Same input, same
+ * bits, for any number of threads; takes about as long as one step of the polish.
+ * \param[in] source,target,options as for registerScans()
+ * \param[in] T_target_source rigid motion between the scans' own frames [m]
+ * \return Candidate::probability is 0: it would need all other poses. All is 0 where a scan has no surface to judge by.
+ * \throw std::invalid_argument when \p options are out of range, a scan was not prepared, not completely (deadline), or
+ * for another profile than that of \p options, and when \p T_target_source is not finite or no rigid motion
+ */
+PCL_SSFR_EXPORT Candidate
+scorePose(const PreparedScan& source,
+          const PreparedScan& target,
+          const Options& options,
+          const Eigen::Isometry3d& T_target_source);
+
 } // namespace pcl_ssfr

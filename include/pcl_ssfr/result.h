@@ -65,9 +65,21 @@ struct Candidate {
   double score = 0;         ///< evidence for the pose less the evidence against it, comparable within one registration
   double overlap = 0;       ///< share of the surface that met its counterpart, [0, 1]
   double contradiction = 0; ///< share of the surface that lies in the other sensor's free space, [0, 1]
+  /// Root mean square distance of the matches [m], as Result::rmse; 0 where it was not measured: of candidates of a
+  /// registration that were not polished.
+  double rmse = 0;
   CandidateEvidence evidence; ///< default profile only
   bool from_guess = false;    ///< the caller's initial guess (refined), not found by the method
 };
+
+/// Whether the evidence for a pose is no worse than that for another one near it: it scores no less, and its matches
+/// lie no farther apart. A pose that a local refiner made of ours is worth keeping then, and only then; see
+/// scorePose().
+inline bool
+isNoWorse(const Candidate& pose, const Candidate& than)
+{
+  return pose.score >= than.score && pose.rmse <= than.rmse;
+}
 
 /// A direction of motion that the scene does not determine.
 struct UnobservableDirection {
@@ -90,6 +102,11 @@ struct Result {
   /// only.
   double probability_of_none = 1;
   double rmse = 0; ///< root mean square point-to-plane distance over the inliers [m]
+  /// Maximum correspondence distance for a local refiner (ICP, GICP) that starts from this pose [m]: as far as points
+  /// that belong together may lie apart, by the distances that their planes are left with, the uncertainty of the pose
+  /// and the spacing of the points (docs/METHOD.md, "Correspondence distance"). Points thinned to more than the leaf of
+  /// the scans need more. 0 when no pose was judged, and of Profile::Paper2017.
+  double correspondence_distance = 0;
   /// Information matrix (inverse covariance) of the pose, order (rotation [rad], translation [m]): a small motion
   /// (w, v) applied on the left about the target's origin, T <- Exp(w, v) T. Zero when nothing was judged.
   Eigen::Matrix<double, 6, 6> information = Eigen::Matrix<double, 6, 6>::Zero();

@@ -205,6 +205,20 @@ public:
   {
     return result_;
   }
+  /// Maximum correspondence distance for a local refiner that starts from the pose that the last align() found [m]:
+  /// Result::correspondence_distance; 0 when no pose was judged.
+  double
+  getCorrespondenceDistance() const
+  {
+    return result_.correspondence_distance;
+  }
+  /** \brief The evidence for a pose from elsewhere, such as one that a local refiner made of ours: see
+   * pcl_ssfr::scorePose(). The clouds need no align() before; what is prepared is used.
+   * \param[in] T_target_source maps points of the source into the target; rigid to the precision of float
+   * \return nothing, with PCL_ERROR, when a cloud is not set or the matrix is no rigid motion
+   */
+  std::optional<Candidate>
+  scorePose(const Matrix4& T_target_source);
 
 protected:
   using Adaptor::corr_dist_threshold_;

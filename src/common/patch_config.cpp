@@ -152,6 +152,7 @@ numbersOf(PatchProfileConfig& config)
           NUMBER(judgement.uncertainty.unseen_curvature, Bound::Share),
           NUMBER(judgement.uncertainty.min_translation, Bound::NotNegative),
           NUMBER(judgement.uncertainty.max_rotation, Bound::Positive),
+          NUMBER(judgement.uncertainty.reach_deviations, Bound::Positive),
           POSTERIOR(posterior),
           POSTERIOR(posterior_blind),
           NUMBER(judgement.rival, Bound::Share),

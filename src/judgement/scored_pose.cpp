@@ -56,6 +56,7 @@ describe(const ScoredPose& pose)
   Candidate candidate;
   candidate.score = pose.score;
   candidate.from_guess = pose.from_guess;
+  candidate.rmse = pose.polish ? pose.polish->rms : 0;
   const SurfaceEvidence& seen = pose.evidence;
   if (!(seen.total > 0))
     return candidate;

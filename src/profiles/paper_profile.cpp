@@ -57,6 +57,26 @@ struct ScoredPose {
   double translation_seconds = 0, score_seconds = 0;
 };
 
+/// METHOD stage 12: the LCP of a pose between the centred scans. 2017 counts neighbours nearer than the leaf; 2019 sums
+/// a kernel over sqrt(3) bin widths.
+Overlap
+overlapAt(const PaperScan& source,
+          const PaperScan& target,
+          const PaperOptions& stages,
+          const Eigen::Isometry3d& pose,
+          unsigned threads)
+{
+  const double radius = stages.lcp.kernel_sum ? std::sqrt(3.0) * stages.translation.histogram.bin_width
+                                              : std::max(source.lcp_leaf, target.lcp_leaf);
+  return computeOverlap(source.lcp_points, target.lcp_index, pose, radius, threads);
+}
+
+double
+scoreOf(const Overlap& overlap, const PaperOptions& stages)
+{
+  return stages.lcp.kernel_sum ? overlap.kernel_sum : overlap.ratio;
+}
+
 /// Algorithm 2 on two prepared scans.
 class PaperRegistration {
 public:
@@ -163,11 +183,8 @@ PaperRegistration::findRotations()
 void
 PaperRegistration::score(ScoredPose& candidate, unsigned threads) const
 {
-  // 2017 counts neighbours nearer than the leaf; 2019 sums a kernel over sqrt(3) bin widths.
-  const double radius = stages_.lcp.kernel_sum ? std::sqrt(3.0) * stages_.translation.histogram.bin_width
-                                               : std::max(source_.lcp_leaf, target_.lcp_leaf);
-  candidate.overlap = computeOverlap(source_.lcp_points, target_.lcp_index, candidate.pose, radius, threads);
-  candidate.score = stages_.lcp.kernel_sum ? candidate.overlap.kernel_sum : candidate.overlap.ratio;
+  candidate.overlap = overlapAt(source_, target_, stages_, candidate.pose, threads);
+  candidate.score = scoreOf(candidate.overlap, stages_);
   candidate.judged = true;
 }
 
@@ -296,6 +313,7 @@ PaperRegistration::report(const std::vector<ScoredPose>& ranked)
     candidate.T_target_source = toFullPose(pose.pose);
     candidate.score = pose.score;
     candidate.overlap = pose.overlap.ratio;
+    candidate.rmse = pose.overlap.rmse;
     candidate.from_guess = pose.from_guess;
     result_.candidates.push_back(candidate);
   }
@@ -451,6 +469,26 @@ registerPaperScans(const PaperScan& source,
 {
   validate(options);
   return PaperRegistration(source, target, options, deadline).run(guess);
+}
+
+Candidate
+scorePaperPose(const PaperScan& source,
+               const PaperScan& target,
+               const Options& options,
+               const Eigen::Isometry3d& T_target_source)
+{
+  Candidate candidate;
+  candidate.T_target_source = T_target_source;
+  if (source.lcp_points.cols() == 0 || target.lcp_points.cols() == 0)
+    return candidate;
+  const PaperOptions stages = paperStages(options);
+  const Eigen::Isometry3d centred =
+      Eigen::Translation3d(-target.normals.origin) * T_target_source * Eigen::Translation3d(source.normals.origin);
+  const Overlap overlap = overlapAt(source, target, stages, centred, threadCount(options));
+  candidate.score = scoreOf(overlap, stages);
+  candidate.overlap = overlap.ratio;
+  candidate.rmse = overlap.rmse;
+  return candidate;
 }
 
 } // namespace pcl_ssfr

@@ -64,4 +64,12 @@ registerPaperScans(const PaperScan& source,
                    const Eigen::Isometry3d* guess = nullptr,
                    const Deadline& deadline = Deadline());
 
+/// The score of a pose between the scans' own frames, as registerPaperScans() rates it; nothing in a scan without
+/// points.
+Candidate
+scorePaperPose(const PaperScan& source,
+               const PaperScan& target,
+               const Options& options,
+               const Eigen::Isometry3d& T_target_source);
+
 } // namespace pcl_ssfr

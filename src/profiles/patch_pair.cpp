@@ -114,16 +114,9 @@ PatchPair::refinedFine(const Eigen::Isometry3d& T_target_source) const
 void
 PatchPair::polish(ScoredPose& pose) const
 {
-  const RefinementConfig& c = config_.refinement;
-  const EvidenceConfig& evidence = config_.judgement.evidence;
-  RefinementOptions options =
-      refinement(c.polish_reach, evidence.match, evidence.normals, options_.max_refinement_steps);
-  options.threads = threads_;
-  const auto run = [&] {
-    return refineMutual(source_.surface, source_.index, target_.surface, target_.index, pose.T_target_source, options);
-  };
   if (options_.refine && !outOfTime()) {
-    const Refinement refined = run();
+    const Refinement refined = refineMutual(
+        source_.surface, source_.index, target_.surface, target_.index, pose.T_target_source, polishOptions());
     const Eigen::Isometry3d& T = refined.T_target_source;
     const bool near = isSamePlace(T, pose.T_target_source) && priors_.allow(T, Exactness::Refined);
     if (near && moveUnlessWorse(pose, T)) {
@@ -132,9 +125,15 @@ PatchPair::polish(ScoredPose& pose) const
     }
   }
   // What is said of the pose must hold for the one that is returned.
-  options = lastStep();
+  pose.polish = fitAt(pose.T_target_source);
+}
+
+Refinement
+PatchPair::fitAt(const Eigen::Isometry3d& T_target_source) const
+{
+  RefinementOptions options = lastStep();
   options.threads = threads_;
-  pose.polish = run();
+  return refineMutual(source_.surface, source_.index, target_.surface, target_.index, T_target_source, options);
 }
 
 RefinementOptions
@@ -174,6 +173,16 @@ Eigen::Isometry3d
 PatchPair::toOuter(const Eigen::Isometry3d& T_target_source) const
 {
   return Eigen::Translation3d(target_.origin) * T_target_source * Eigen::Translation3d(-source_.origin);
+}
+
+RefinementOptions
+PatchPair::polishOptions() const
+{
+  const EvidenceConfig& evidence = config_.judgement.evidence;
+  RefinementOptions options =
+      refinement(config_.refinement.polish_reach, evidence.match, evidence.normals, options_.max_refinement_steps);
+  options.threads = threads_;
+  return options;
 }
 
 VisibilityOptions

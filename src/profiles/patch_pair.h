@@ -120,6 +120,10 @@ public:
   RefinementOptions
   lastStep() const;
 
+  /// The matches of the polish at a pose, which stays where it is: the Refinement's pose is one step further.
+  Refinement
+  fitAt(const Eigen::Isometry3d& T_target_source) const;
+
   /// Take a finely judged pose to where a refinement has led it, if it explains the scans about as well there, or
   /// better: a refinement may be drawn away by what moved, or by patches of few points. \return whether it moved
   bool
@@ -136,6 +140,8 @@ public:
   toOuter(const Eigen::Isometry3d& T_target_source) const;
 
 private:
+  RefinementOptions
+  polishOptions() const;
   VisibilityOptions
   tolerances(double distance, double angle) const;
   bool

@@ -4,6 +4,7 @@
 #include "profiles/patch_profile.h"
 
 #include "common/stage_clock.h"
+#include "judgement/correspondence_distance.h"
 #include "judgement/decision.h"
 #include "judgement/posterior.h"
 #include "profiles/hypothesis_source.h"
@@ -115,12 +116,38 @@ conclude(Result result, const PatchPair& pair, const HypothesisSource& source, c
   result.contradiction = result.candidates.front().contradiction;
   result.rmse = best.polish ? best.polish->rms : 0;
   result.information = context.uncertainty.informationAbout(-pair.target().origin);
+  if (best.polish)
+    result.correspondence_distance =
+        correspondenceDistance(*best.polish,
+                               context.uncertainty,
+                               std::max(spacingOf(pair.source().patches), spacingOf(pair.target().patches)),
+                               pair.config().refinement.polish_reach,
+                               pair.config().judgement.uncertainty);
   result.confidence = decision.confidence;
   result.unobservable = std::move(decision.unobservable);
   return refused(std::move(result), decision.status, decision.message);
 }
 
 } // namespace
+
+Candidate
+scorePatchPose(const PatchScan& source,
+               const PatchScan& target,
+               const Options& options,
+               const Eigen::Isometry3d& T_target_source)
+{
+  Candidate candidate;
+  if (source.patches.size() > 0 && target.patches.size() > 0) {
+    const PatchPair pair(source, target, options, nullptr, Deadline());
+    ScoredPose pose;
+    pose.T_target_source = pair.toInner(T_target_source);
+    pair.scoreFine(pose);
+    pose.polish = pair.fitAt(pose.T_target_source);
+    candidate = describe(pose);
+  }
+  candidate.T_target_source = T_target_source;
+  return candidate;
+}
 
 Result
 registerPatchScans(const PatchScan& source,

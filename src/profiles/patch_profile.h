@@ -65,6 +65,14 @@ registerPatchScans(const PatchScan& source,
                    const Deadline& deadline = Deadline(),
                    SearchTrace* trace = nullptr);
 
+/// The evidence for a pose between the scans' own frames, as the search rates what it refined. Candidate::probability
+/// is left 0: it compares all poses of a pair. No evidence in a scan without patches.
+Candidate
+scorePatchPose(const PatchScan& source,
+               const PatchScan& target,
+               const Options& options,
+               const Eigen::Isometry3d& T_target_source);
+
 /// How the densest regions of the Gaussian sphere of a scan are found.
 DensityOptions
 patchDensityOptions(const Options& options);

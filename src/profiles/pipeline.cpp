@@ -4,11 +4,15 @@
 #include <pcl_ssfr/pipeline.h>
 
 #include "common/parallel.h"
+#include "common/types.h"
 #include "profiles/prepared_data.h"
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <memory>
+#include <sstream>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <variant>
@@ -43,6 +47,36 @@ reportUnfinished(const PreparedScan& source, const PreparedScan& target)
                        unfinishedStage(data) + "\"";
   }
   return result;
+}
+
+/// Why two scans cannot be laid on each other with \p options; null: they can, if they are complete.
+const char*
+problemOf(const PreparedScan& source, const PreparedScan& target, const Options& options)
+{
+  if (source.empty() || target.empty())
+    return source.empty() ? "the source scan was not prepared" : "the target scan was not prepared";
+  for (const PreparedScan* scan : {&source, &target})
+    if (scan->data().options.profile != options.profile)
+      return "a scan was prepared for another profile than the one to be run";
+  return nullptr;
+}
+
+/// \throw std::invalid_argument for what is no rigid motion
+void
+requireRigid(const Eigen::Isometry3d& T)
+{
+  std::ostringstream problem;
+  for (Eigen::Index row = 0; row < 3; ++row)
+    for (Eigen::Index column = 0; column < 4; ++column)
+      if (problem.str().empty() && !std::isfinite(T(row, column)))
+        problem << "T_target_source(" << row << ", " << column << ") = " << T(row, column) << ", must be finite";
+  const Eigen::Matrix3d R = T.linear();
+  const double deviation = (R.transpose() * R - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
+  if (problem.str().empty() && !(deviation <= kUnitTolerance && R.determinant() > 0))
+    problem << "the linear part of T_target_source is no rotation: R^T R is " << deviation
+            << " off the identity, its determinant " << R.determinant();
+  if (!problem.str().empty())
+    throw std::invalid_argument(problem.str());
 }
 
 /// A result without a search.
@@ -114,11 +148,8 @@ registerScans(const PreparedScan& source,
               SearchTrace* trace)
 {
   validate(options);
-  if (source.empty() || target.empty())
-    return reportInvalid(source.empty() ? "the source scan was not prepared" : "the target scan was not prepared");
-  for (const PreparedScan* scan : {&source, &target})
-    if (scan->data().options.profile != options.profile)
-      return reportInvalid("a scan was prepared for another profile than the one to be run");
+  if (const char* problem = problemOf(source, target, options))
+    return reportInvalid(problem);
   if (!source.isComplete() || !target.isComplete())
     return reportUnfinished(source, target);
   Result result;
@@ -131,6 +162,31 @@ registerScans(const PreparedScan& source,
             : registerPatchScans(std::get<PatchScan>(from), std::get<PatchScan>(to), options, guess, deadline, trace);
   });
   return result;
+}
+
+Candidate
+scorePose(const PreparedScan& source,
+          const PreparedScan& target,
+          const Options& options,
+          const Eigen::Isometry3d& T_target_source)
+{
+  validate(options);
+  if (const char* problem = problemOf(source, target, options))
+    throw std::invalid_argument(problem);
+  for (const PreparedScan* scan : {&source, &target})
+    if (!scan->isComplete())
+      throw std::invalid_argument(std::string("the preparation of the ") + (scan == &source ? "source" : "target") +
+                                  " scan was not complete when its deadline passed");
+  requireRigid(T_target_source);
+  Candidate candidate;
+  runInTeam(static_cast<int>(threadCount(options)), [&] {
+    const auto& from = source.data().scan;
+    const auto& to = target.data().scan;
+    candidate = options.profile == Profile::Paper2017
+                    ? scorePaperPose(std::get<PaperScan>(from), std::get<PaperScan>(to), options, T_target_source)
+                    : scorePatchPose(std::get<PatchScan>(from), std::get<PatchScan>(to), options, T_target_source);
+  });
+  return candidate;
 }
 
 } // namespace pcl_ssfr

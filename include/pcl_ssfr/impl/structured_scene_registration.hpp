@@ -199,6 +199,27 @@ StructuredSceneRegistration<PointSource, PointTarget, Scalar>::findPose(const st
 }
 
 template <typename PointSource, typename PointTarget, typename Scalar>
+std::optional<Candidate>
+StructuredSceneRegistration<PointSource, PointTarget, Scalar>::scorePose(const Matrix4& T_target_source)
+{
+  const std::optional<Eigen::Isometry3d> T = detail::rigidGuess(T_target_source.template cast<double>());
+  if (!T || !input_ || !target_) {
+    detail::reportError(
+        getClassName(), "scorePose", T ? "a cloud is not set" : "T_target_source is not a finite rigid motion");
+    return std::nullopt;
+  }
+  try {
+    const Options options = getOptions();
+    prepare(options, Deadline());
+    return pcl_ssfr::scorePose(prepared_source_, prepared_target_, options, *T);
+  }
+  catch (const std::exception& error) {
+    detail::reportError(getClassName(), "scorePose", error.what());
+    return std::nullopt;
+  }
+}
+
+template <typename PointSource, typename PointTarget, typename Scalar>
 void
 StructuredSceneRegistration<PointSource, PointTarget, Scalar>::reject(const std::string& problem)
 {
