@@ -175,6 +175,7 @@ mapJson(const MapOutput& output)
     nlohmann::ordered_json& truth = json["truth"];
     truth["placed"] = e.placed;
     truth["wrong"] = e.wrong;
+    truth["wrong_5deg_2m"] = e.wrong_coarsely;
     truth["median_translation_m"] = numberOrNull(e.median_translation_m);
     truth["largest_translation_m"] = numberOrNull(e.largest_translation_m);
     truth["median_rotation_deg"] = numberOrNull(e.median_rotation_deg);

@@ -456,9 +456,13 @@ private:
     }
     const AdjustmentConfig& config = input_.options.adjustment;
     const EquationsFunction equations = [&](std::size_t k, const Eigen::Isometry3d& T) {
-      return equationsAt(scan(taken[k].first), scan(taken[k].second), T, input_.options, config.noise_floor);
+      return equationsAt(scan(taken[k].first), scan(taken[k].second), T, input_.options);
     };
-    const JointAdjustment adjusted = adjustJointly(poses, numbered, held, places, equations, config, threads_);
+    const PatchGradientsFunction patches = [&](std::size_t k, const Eigen::Isometry3d& T, bool of_source) {
+      return patchGradientsAt(scan(taken[k].first), scan(taken[k].second), T, input_.options, of_source);
+    };
+    const JointAdjustment adjusted =
+        adjustJointly(poses, numbered, held, places, equations, patches, config, threads_);
     for (std::size_t m = 0; m < members.size(); ++m) {
       assembly.poses[static_cast<std::size_t>(members[m])] = adjusted.poses[m];
       covariances_[static_cast<std::size_t>(members[m])] = adjusted.covariances[m];

@@ -67,7 +67,7 @@ struct AdjustmentConfig {
   double damping = 1e-4;       ///< of the diagonal: what nothing determines stays where the pose graph puts it
   double noise_floor = 0.001;  ///< [m] no patch is better known
   /// Factor on the covariance: patches that several pairs share err alike. Fitted to simulated buildings.
-  double covariance_factor = 1.7;
+  double covariance_factor = 1;
 };
 
 /// Everything that can be set of a multiway registration. The defaults need no change.
