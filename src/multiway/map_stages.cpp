@@ -238,7 +238,7 @@ private:
   }
 
   /** \brief Each scan once more, now that all others are placed: it stands apart where another place in its part, which
-   * a link of it says, explains all surfaces better, or nearly as well without being outvoted. \return whether any does
+   * a link of it says, explains all surfaces better, or nearly as well. \return whether any does
    */
   bool
   separateRivals(Assembly& assembly, const HypothesisGraph& graph, std::vector<std::string>& reasons) const
@@ -310,7 +310,8 @@ private:
     const double here = scoreAt(assembly, members, which, assembly.poses[i]);
     return std::any_of(rivals.begin(), rivals.end(), [&](const auto& rival) {
       const double there = scoreAt(assembly, members, which, rival.second);
-      return there > here || (there * config.rival_gain > here && agree_here < config.outvoted * rival.first);
+      return there > here || (there > 0 && agree_here * std::pow(here / there, config.score_power) <
+                                               config.clear_odds * rival.first);
     });
   }
 
