@@ -298,8 +298,10 @@ TEST(JointAdjustment, findsThePosesThatAllSurfacesAgreeOn)
   std::vector<Eigen::Isometry3d> start = job.truth;
   for (std::size_t i = 1; i < start.size(); ++i)
     start[i] = start[i] * Eigen::Translation3d(0.05, -0.02, 0.03) * Eigen::AngleAxisd(0.02, Eigen::Vector3d::UnitX());
-  const JointAdjustment one = adjustJointly(start, pairs, {0}, job.places, equations, patchesOfTheirOwn, AdjustmentConfig(), 1);
-  const JointAdjustment four = adjustJointly(start, pairs, {0}, job.places, equations, patchesOfTheirOwn, AdjustmentConfig(), 4);
+  const JointAdjustment one =
+      adjustJointly(start, pairs, {0}, job.places, equations, patchesOfTheirOwn, AdjustmentConfig(), 1);
+  const JointAdjustment four =
+      adjustJointly(start, pairs, {0}, job.places, equations, patchesOfTheirOwn, AdjustmentConfig(), 4);
   EXPECT_LT(largestError(job, one.poses, std::vector<int>(5, 0)), 0.1 * kMillimetre);
   EXPECT_LT(one.rms, 0.01 * one.rms_before);
   EXPECT_TRUE(one.covariances[0].isZero(0));
@@ -320,7 +322,8 @@ TEST(JointAdjustment, covarianceGrowsAlongAChain)
   AdjustmentConfig config;
   config.damping = 1e-9;
   config.covariance_factor = 1;
-  const JointAdjustment adjusted = adjustJointly(job.truth, pairs, {0}, job.places, equations, patchesOfTheirOwn, config, 1);
+  const JointAdjustment adjusted =
+      adjustJointly(job.truth, pairs, {0}, job.places, equations, patchesOfTheirOwn, config, 1);
   // Of the rotation, which no lever arm changes.
   for (int i = 1; i < 4; ++i)
     EXPECT_NEAR((adjusted.covariances[static_cast<std::size_t>(i)].topLeftCorner<3, 3>().trace()),
@@ -330,9 +333,9 @@ TEST(JointAdjustment, covarianceGrowsAlongAChain)
 
 TEST(JointAdjustment, aPatchErrsOnceForAllPairsThatItTakesPartIn)
 {
-  // Twelve scans of the same 40 patches, each of which every scan has at another distance. All pairs overlap, so what
+  // Twelve scans of the same 120 patches, each of which every scan has at another distance. All pairs overlap, so what
   // pairs say is far from independent: the errors of the poses must be those that the covariance names.
-  constexpr int kScans = 12, kPatches = 40, kDraws = 20;
+  constexpr int kScans = 12, kPatches = 120, kDraws = 20;
   constexpr double kNoise = 0.01; // [m]
   testing::Random random(4);
   std::vector<std::pair<int, int>> pairs;
@@ -370,14 +373,15 @@ TEST(JointAdjustment, aPatchErrsOnceForAllPairsThatItTakesPartIn)
     };
     AdjustmentConfig config;
     config.damping = 1e-9;
-    const JointAdjustment adjusted = adjustJointly(std::vector<Eigen::Isometry3d>(kScans, Eigen::Isometry3d::Identity()),
-                                                   pairs,
-                                                   {0},
-                                                   std::vector<Eigen::Vector3d>(kScans, Eigen::Vector3d::Zero()),
-                                                   equations,
-                                                   patches,
-                                                   config,
-                                                   1);
+    const JointAdjustment adjusted =
+        adjustJointly(std::vector<Eigen::Isometry3d>(kScans, Eigen::Isometry3d::Identity()),
+                      pairs,
+                      {0},
+                      std::vector<Eigen::Vector3d>(kScans, Eigen::Vector3d::Zero()),
+                      equations,
+                      patches,
+                      config,
+                      1);
     for (std::size_t i = 1; i < kScans; ++i) {
       const Eigen::AngleAxisd rotation(adjusted.poses[i].linear());
       SurfaceEquations::Vector6 error;

@@ -15,9 +15,9 @@ namespace apps {
 
 /// A place that is known in the frame of the site.
 struct ControlPoint {
-  std::string scan;                       ///< as in the file
-  std::string point;                      ///< its name; may be empty: the setup
-  std::optional<Eigen::Vector3d> in_scan; ///< where the scan has it [m]; none: it is the sensor
+  std::string scan;                               ///< as in the file
+  std::string point;                              ///< its name; may be empty: the setup
+  std::optional<Eigen::Vector3d> in_scan;         ///< where the scan has it [m]; none: it is the sensor
   Eigen::Vector3d site = Eigen::Vector3d::Zero(); ///< [m]
 
   /// The scan, with the point where that has a name.

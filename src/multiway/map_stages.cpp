@@ -310,8 +310,8 @@ private:
     const double here = scoreAt(assembly, members, which, assembly.poses[i]);
     return std::any_of(rivals.begin(), rivals.end(), [&](const auto& rival) {
       const double there = scoreAt(assembly, members, which, rival.second);
-      return there > here || (there > 0 && agree_here * std::pow(here / there, config.score_power) <
-                                               config.clear_odds * rival.first);
+      return there > here ||
+             (there > 0 && agree_here * std::pow(here / there, config.score_power) < config.clear_odds * rival.first);
     });
   }
 
@@ -462,8 +462,7 @@ private:
     const PatchGradientsFunction patches = [&](std::size_t k, const Eigen::Isometry3d& T, bool of_source) {
       return patchGradientsAt(scan(taken[k].first), scan(taken[k].second), T, input_.options, of_source);
     };
-    const JointAdjustment adjusted =
-        adjustJointly(poses, numbered, held, places, equations, patches, config, threads_);
+    const JointAdjustment adjusted = adjustJointly(poses, numbered, held, places, equations, patches, config, threads_);
     for (std::size_t m = 0; m < members.size(); ++m) {
       assembly.poses[static_cast<std::size_t>(members[m])] = adjusted.poses[m];
       covariances_[static_cast<std::size_t>(members[m])] = adjusted.covariances[m];
