@@ -12,6 +12,8 @@
 
 #include <gmock/gmock.h>
 
+#include <Eigen/Cholesky>
+
 #include <cmath>
 
 namespace pcl_ssfr {
@@ -259,7 +261,7 @@ TEST(PoseGraph, withoutEdgesNothingMoves)
 
 /// Pairs whose surfaces say the true pose, each motion with the same weight.
 SurfaceEquations
-towards(const Eigen::Isometry3d& T_true, const Eigen::Isometry3d& T, double scatter)
+towards(const Eigen::Isometry3d& T_true, const Eigen::Isometry3d& T)
 {
   SurfaceEquations e;
   const Eigen::Isometry3d error = T_true * T.inverse();
@@ -268,11 +270,22 @@ towards(const Eigen::Isometry3d& T_true, const Eigen::Isometry3d& T, double scat
   motion << rotation.angle() * rotation.axis(), error.translation();
   e.hessian = e.curvature = 1000 * SurfaceEquations::Matrix6::Identity();
   e.gradient = -e.hessian * motion;
-  e.scatter = scatter * SurfaceEquations::Matrix6::Identity();
   e.weight = 1;
   e.squares = motion.squaredNorm();
   e.matches = 100;
   return e;
+}
+
+/// Six patches of the source, each of which no other pair sees, with a scatter of 4 in each motion.
+PatchGradients
+patchesOfTheirOwn(std::size_t /*pair*/, const Eigen::Isometry3d& /*T*/, bool of_source)
+{
+  PatchGradients patches{PatchGradients::Columns(6, 0), PatchGradients::Columns(6, 0)};
+  if (of_source) {
+    patches.gradients = 2 * SurfaceEquations::Matrix6::Identity();
+    patches.offsets = SurfaceEquations::Matrix6::Identity();
+  }
+  return patches;
 }
 
 TEST(JointAdjustment, findsThePosesThatAllSurfacesAgreeOn)
@@ -280,13 +293,15 @@ TEST(JointAdjustment, findsThePosesThatAllSurfacesAgreeOn)
   const MadeUpJob job(5, 9);
   std::vector<std::pair<int, int>> pairs = {{0, 1}, {1, 2}, {2, 3}, {3, 4}, {0, 4}, {0, 2}};
   const EquationsFunction equations = [&](std::size_t k, const Eigen::Isometry3d& T) {
-    return towards(job.relative(pairs[k].first, pairs[k].second), T, 1);
+    return towards(job.relative(pairs[k].first, pairs[k].second), T);
   };
   std::vector<Eigen::Isometry3d> start = job.truth;
   for (std::size_t i = 1; i < start.size(); ++i)
     start[i] = start[i] * Eigen::Translation3d(0.05, -0.02, 0.03) * Eigen::AngleAxisd(0.02, Eigen::Vector3d::UnitX());
-  const JointAdjustment one = adjustJointly(start, pairs, {0}, job.places, equations, AdjustmentConfig(), 1);
-  const JointAdjustment four = adjustJointly(start, pairs, {0}, job.places, equations, AdjustmentConfig(), 4);
+  const JointAdjustment one =
+      adjustJointly(start, pairs, {0}, job.places, equations, patchesOfTheirOwn, AdjustmentConfig(), 1);
+  const JointAdjustment four =
+      adjustJointly(start, pairs, {0}, job.places, equations, patchesOfTheirOwn, AdjustmentConfig(), 4);
   EXPECT_LT(largestError(job, one.poses, std::vector<int>(5, 0)), 0.1 * kMillimetre);
   EXPECT_LT(one.rms, 0.01 * one.rms_before);
   EXPECT_TRUE(one.covariances[0].isZero(0));
@@ -298,16 +313,17 @@ TEST(JointAdjustment, findsThePosesThatAllSurfacesAgreeOn)
 
 TEST(JointAdjustment, covarianceGrowsAlongAChain)
 {
-  // Each pair has the variance scatter / curvature^2, and they add up.
+  // Each pair has the variance scatter / curvature^2, and they add up: 4 / 1000^2 for each of three rotations.
   const MadeUpJob job(4);
   std::vector<std::pair<int, int>> pairs = {{0, 1}, {1, 2}, {2, 3}};
   const EquationsFunction equations = [&](std::size_t k, const Eigen::Isometry3d& T) {
-    return towards(job.relative(pairs[k].first, pairs[k].second), T, 4);
+    return towards(job.relative(pairs[k].first, pairs[k].second), T);
   };
   AdjustmentConfig config;
   config.damping = 1e-9;
   config.covariance_factor = 1;
-  const JointAdjustment adjusted = adjustJointly(job.truth, pairs, {0}, job.places, equations, config, 1);
+  const JointAdjustment adjusted =
+      adjustJointly(job.truth, pairs, {0}, job.places, equations, patchesOfTheirOwn, config, 1);
   // Of the rotation, which no lever arm changes.
   for (int i = 1; i < 4; ++i)
     EXPECT_NEAR((adjusted.covariances[static_cast<std::size_t>(i)].topLeftCorner<3, 3>().trace()),
@@ -315,12 +331,79 @@ TEST(JointAdjustment, covarianceGrowsAlongAChain)
                 1e-7);
 }
 
+TEST(JointAdjustment, aPatchErrsOnceForAllPairsThatItTakesPartIn)
+{
+  // Twelve scans of the same 120 patches, each of which every scan has at another distance. All pairs overlap, so what
+  // pairs say is far from independent: the errors of the poses must be those that the covariance names.
+  constexpr int kScans = 12, kPatches = 120, kDraws = 20;
+  constexpr double kNoise = 0.01; // [m]
+  testing::Random random(4);
+  std::vector<std::pair<int, int>> pairs;
+  for (int i = 0; i < kScans; ++i)
+    for (int j = i + 1; j < kScans; ++j)
+      pairs.emplace_back(i, j);
+  double sum = 0;
+  for (int draw = 0; draw < kDraws; ++draw) {
+    Eigen::Matrix<double, 6, kPatches> jacobians;
+    Eigen::MatrixXd errors(kScans, kPatches);
+    for (int p = 0; p < kPatches; ++p) {
+      const Eigen::Vector3d n = Eigen::Vector3d(random.gaussian(), random.gaussian(), random.gaussian()).normalized();
+      const Eigen::Vector3d c(3 * random.gaussian(), 3 * random.gaussian(), random.gaussian());
+      jacobians.col(p) << c.cross(n), n;
+      for (int i = 0; i < kScans; ++i)
+        errors(i, p) = kNoise * random.gaussian();
+    }
+    const auto residuals = [&](std::size_t k, const Eigen::Isometry3d& T) {
+      const Eigen::AngleAxisd rotation(T.linear());
+      SurfaceEquations::Vector6 motion;
+      motion << rotation.angle() * rotation.axis(), T.translation();
+      return Eigen::VectorXd(jacobians.transpose() * motion +
+                             (errors.row(pairs[k].first) - errors.row(pairs[k].second)).transpose());
+    };
+    const EquationsFunction equations = [&](std::size_t k, const Eigen::Isometry3d& T) {
+      SurfaceEquations e;
+      e.hessian = e.curvature = jacobians * jacobians.transpose();
+      e.gradient = jacobians * residuals(k, T);
+      e.weight = kPatches;
+      e.matches = kPatches;
+      return e;
+    };
+    const PatchGradientsFunction patches = [&](std::size_t k, const Eigen::Isometry3d& T, bool /*of_source*/) {
+      return PatchGradients{jacobians * residuals(k, T).asDiagonal(), jacobians};
+    };
+    AdjustmentConfig config;
+    config.damping = 1e-9;
+    const JointAdjustment adjusted =
+        adjustJointly(std::vector<Eigen::Isometry3d>(kScans, Eigen::Isometry3d::Identity()),
+                      pairs,
+                      {0},
+                      std::vector<Eigen::Vector3d>(kScans, Eigen::Vector3d::Zero()),
+                      equations,
+                      patches,
+                      config,
+                      1);
+    for (std::size_t i = 1; i < kScans; ++i) {
+      const Eigen::AngleAxisd rotation(adjusted.poses[i].linear());
+      SurfaceEquations::Vector6 error;
+      error << rotation.angle() * rotation.axis(), adjusted.poses[i].translation();
+      sum += error.dot(adjusted.covariances[i].ldlt().solve(error)) / 6;
+    }
+  }
+  // Each match counts with both of its patches, which is a little too much; each pair by itself would give above 2.
+  const double mean = sum / (kDraws * (kScans - 1));
+  EXPECT_GT(mean, 0.6);
+  EXPECT_LT(mean, 1.3);
+}
+
 TEST(JointAdjustment, whatNothingDeterminesStays)
 {
   const MadeUpJob job(3);
   const EquationsFunction nothing = [](std::size_t, const Eigen::Isometry3d&) { return SurfaceEquations(); };
+  const PatchGradientsFunction no_patches = [](std::size_t, const Eigen::Isometry3d&, bool) {
+    return PatchGradients{PatchGradients::Columns(6, 0), PatchGradients::Columns(6, 0)};
+  };
   const JointAdjustment adjusted =
-      adjustJointly(job.truth, {{0, 1}, {1, 2}}, {0}, job.places, nothing, AdjustmentConfig(), 1);
+      adjustJointly(job.truth, {{0, 1}, {1, 2}}, {0}, job.places, nothing, no_patches, AdjustmentConfig(), 1);
   for (std::size_t i = 0; i < 3; ++i)
     EXPECT_TRUE(adjusted.poses[i].isApprox(job.truth[i], 1e-12));
   EXPECT_EQ(adjusted.rms, 0);

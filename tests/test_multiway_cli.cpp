@@ -5,6 +5,7 @@
 
 #include <apps/io/csv_line.h>
 #include <apps/io/file_bytes.h>
+#include <apps/map/control_points.h>
 #include <apps/map/map_files.h>
 #include <apps/map/map_inputs.h>
 #include <apps/map/map_options.h>
@@ -249,6 +250,109 @@ TEST_F(Program, aBrokenScanIsOneRow)
   }
 }
 
+/// Lines of a control file: places that scans show, true in a site frame far from the origin.
+std::vector<std::string>
+controlOf(const std::string& poses)
+{
+  const Eigen::Isometry3d T_site_world =
+      Eigen::Translation3d(3.2e5, 5.6e6, 112) * Eigen::AngleAxisd(1.1, Eigen::Vector3d::UnitZ());
+  const auto truth = apps::readPoses(poses);
+  const auto row = [](const std::string& name, const Eigen::Vector3d& site, const std::string& in_scan) {
+    char text[200];
+    std::snprintf(
+        text, sizeof(text), "%s,%.4f,%.4f,%.4f,%s", name.c_str(), site.x(), site.y(), site.z(), in_scan.c_str());
+    return std::string(text);
+  };
+  std::vector<std::string> lines = {"scan,x,y,z,point,sx,sy,sz"};
+  lines.push_back(row("s0", T_site_world * truth.at("s0.pcd").translation(), ",,,"));
+  lines.push_back(row("s1", T_site_world * truth.at("s1.pcd").translation(), ",,,"));
+  lines.push_back(row("s3", T_site_world * truth.at("s3.pcd") * Eigen::Vector3d(2, 0, 0), "door,2,0,0"));
+  lines.push_back(row("s3", T_site_world * truth.at("s3.pcd") * Eigen::Vector3d(0, 2, 0), "sill,0,2,0"));
+  lines.push_back(row("s0", T_site_world * truth.at("s0.pcd") * Eigen::Vector3d(0, 1, -2), "lamp,0,1,-2"));
+  return lines;
+}
+
+void
+writeLines(const std::string& path, const std::vector<std::string>& lines)
+{
+  std::ofstream file(path);
+  for (const std::string& line : lines)
+    file << line << "\n";
+}
+
+TEST_F(Program, theMapIsLaidOntoControl)
+{
+  const std::string begin = "'" + scans() + "' --out '" + out() + "' --control '" + out("control.csv") + "' --json -";
+  std::vector<std::string> lines = controlOf(folder_->file("poses.txt"));
+  writeLines(out("control.csv"), lines);
+  const Outcome result = run(begin + " --truth '" + folder_->file("poses.txt") + "'");
+  ASSERT_EQ(result.code, 0) << result.err;
+  const auto json = nlohmann::json::parse(result.out);
+  ASSERT_EQ(json["control"].size(), 5U);
+  for (const auto& point : json["control"]) {
+    EXPECT_LT(point["residual_m"], 0.02) << point;
+    const double dx = point["dx_m"], dy = point["dy_m"], dz = point["dz_m"];
+    EXPECT_NEAR(std::sqrt(dx * dx + dy * dy + dz * dz), double(point["residual_m"]), 1e-9);
+  }
+  EXPECT_EQ(json["control"][2]["point"], "s3 door");
+  EXPECT_THAT(json["notes"], IsEmpty());
+  EXPECT_EQ(json["truth"]["wrong"], 0);
+  EXPECT_LT(json["truth"]["normalised_error_squared"], 20); // its covariances follow into the other frame
+  const auto poses = table(out() + "/poses.csv");
+  EXPECT_GT(std::stod(poses[2][9]), 5e6); // T13 of s0, the northing
+  EXPECT_THAT(io::readFile(out() + "/report.html"), HasSubstr("s3 door"));
+
+  // A figure that was read wrongly: named, and how far it is off.
+  lines[3].replace(lines[3].find(','), 1, ",1"); // 1 before the easting of the door
+  writeLines(out("control.csv"), lines);
+  const Outcome typed = run(begin + " --resume");
+  ASSERT_EQ(typed.code, 0) << typed.err;
+  const auto notes = nlohmann::json::parse(typed.out)["notes"];
+  ASSERT_EQ(notes.size(), 1U);
+  const std::string note = notes[0];
+  ASSERT_THAT(note, StartsWith("control s3 door is "));
+  EXPECT_NEAR(std::stod(note.substr(std::string("control s3 door is ").size())), 1e6, 0.1);
+}
+
+TEST_F(Program, controlThatDoesNotFitLosesNothing)
+{
+  std::vector<std::string> lines = controlOf(folder_->file("poses.txt"));
+  const std::string begin = "'" + scans() + "' --out '" + out() + "' --control '" + out("control.csv") + "'";
+  // All but one scan stand apart from the two that control knows.
+  writeLines(out("control.csv"), {lines[0], lines[1], lines[3], lines[4]});
+  std::filesystem::create_directories(out("in"));
+  for (const char* name : {"s0.pcd", "s1.pcd", "s3.pcd"})
+    std::filesystem::copy(scans() + "/" + name, out("in"));
+  const Outcome apart = run("'" + out("in") + "' --out '" + out() + "' --control '" + out("control.csv") +
+                            "' --reject s3,s0 --reject s3,s1");
+  EXPECT_EQ(apart.code, 3) << apart.err;
+  EXPECT_THAT(apart.err, HasSubstr("1 of 3 places are of the largest component"));
+  EXPECT_EQ(table(out() + "/poses.csv").size(), 4U); // the map is there
+  // Known before anything is done.
+  const struct {
+    std::vector<std::string> lines;
+    const char* text;
+  } cases[] = {
+      {{lines[0], lines[1], lines[2]}, "not on a line"},
+      {{"scan,x,y,z", "s0,0,0,0", "s1,1,1,1", "s3,2,2,2"}, "not on a line"},
+      {{"scan,x,y", "s0,0,0"}, "column z"},
+      {{"scan,x,y,z", "s0,0,0,0", "s1,1,0,nan", "s3,2,2,2"}, "nan"},
+      {{lines[0], lines[1], lines[1], lines[3]}, "second place"},
+      {{"scan,x,y,z,sx", "s0,0,0,0,1", "s1,1,0,0,1", "s3,2,2,2,1"}, "column sy"},
+  };
+  for (const auto& c : cases) {
+    writeLines(out("control.csv"), c.lines);
+    const Outcome bad = run(begin);
+    EXPECT_EQ(bad.code, 3) << c.text;
+    EXPECT_THAT(bad.err, HasSubstr(c.text));
+    EXPECT_THAT(bad.err, HasSubstr("control.csv"));
+  }
+  writeLines(out("control.csv"), {lines[0], lines[1], lines[2], "nowhere,1,2,3,,,,"});
+  const Outcome unknown = run(begin);
+  EXPECT_EQ(unknown.code, 2);
+  EXPECT_THAT(unknown.err, HasSubstr("nowhere"));
+}
+
 TEST_F(Program, whatIsWrongIsOneLineThatNamesIt)
 {
   const std::string in = "'" + scans() + "'";
@@ -328,6 +432,54 @@ TEST(PoseList, placesAreFitted)
   EXPECT_TRUE(apps::fitPlaces(from, to).isApprox(T, 1e-9));
   EXPECT_THROW(apps::fitPlaces({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}, {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}),
                std::invalid_argument);
+}
+
+TEST(ControlPoints, theOneThatContradictsIsFound)
+{
+  const std::vector<Eigen::Vector3d> site = {{0, 0, 0}, {9, 0, 1}, {9, 7, 0}, {0, 7, 2}, {4, 3, 1}};
+  std::vector<Eigen::Vector3d> map = site;
+  for (std::size_t i = 0; i < map.size(); ++i)
+    map[i] += Eigen::Vector3d(i % 2 ? 0.004 : -0.004, 0.003, i % 3 ? 0.002 : -0.002);
+  const apps::ControlFit good = apps::fitControl(map, site);
+  EXPECT_FALSE(good.misfit);
+  ASSERT_EQ(good.residuals.size(), 5U);
+  for (const Eigen::Vector3d& r : good.residuals)
+    EXPECT_LT(r.norm(), 0.01);
+  for (std::size_t wrong = 0; wrong < map.size(); ++wrong) {
+    std::vector<Eigen::Vector3d> other = site;
+    other[wrong].y() += 0.5;
+    const apps::ControlFit bad = apps::fitControl(map, other);
+    ASSERT_TRUE(bad.misfit);
+    EXPECT_EQ(*bad.misfit, wrong);
+    EXPECT_NEAR(bad.misfit_distance, 0.5, 0.03);
+    EXPECT_LT(bad.others, 0.01);
+  }
+  // Three leave nothing to check one by.
+  EXPECT_FALSE(apps::fitControl({map[0], map[1], map[2]}, {site[0], site[1], site[3]}).misfit);
+}
+
+TEST(MapTruth, aBentStreetIsOneFrameAndAScanAsideIsWrong)
+{
+  // Ten scans 10 m apart: the map bends by 1.5 degrees over 90 m, and scan 7 is 1 m aside.
+  MultiwayMap map;
+  std::map<std::string, Eigen::Isometry3d> truth;
+  for (int i = 0; i < 10; ++i) {
+    const std::string name = "s" + std::to_string(i);
+    truth[name] = Eigen::Translation3d(10 * i, 0, 0);
+    MapScan scan;
+    scan.name = name;
+    scan.component = 0;
+    scan.T_map_scan = Eigen::Translation3d(10 * i, 0.0002 * i * i + (i == 7 ? 1 : 0), 0) *
+                      Eigen::AngleAxisd(0.0029 * i, Eigen::Vector3d::UnitZ());
+    map.scans.push_back(scan);
+    map.graph_poses.push_back(scan.T_map_scan);
+    map.chain_poses.push_back(scan.T_map_scan);
+  }
+  const apps::MapErrors errors = apps::compareWithTruth(map, truth, std::vector<Eigen::Vector3d>(10, {0, 0, 0}));
+  EXPECT_EQ(errors.placed, 10U);
+  EXPECT_EQ(errors.wrong, 1U);
+  EXPECT_TRUE(errors.scans[7]->wrong);
+  EXPECT_EQ(errors.wrong_coarsely, 0U);
 }
 
 } // namespace

@@ -170,12 +170,17 @@ mapJson(const MapOutput& output)
   json["notes"] = map.notes;
   if (!output.control.empty())
     for (const ControlResidual& c : output.control)
-      json["control"].push_back({{"scan", c.scan}, {"residual_m", c.residual_m}});
+      json["control"].push_back({{"point", c.label},
+                                 {"residual_m", c.residual.norm()},
+                                 {"dx_m", c.residual.x()},
+                                 {"dy_m", c.residual.y()},
+                                 {"dz_m", c.residual.z()}});
   if (output.errors) {
     const MapErrors& e = *output.errors;
     nlohmann::ordered_json& truth = json["truth"];
     truth["placed"] = e.placed;
     truth["wrong"] = e.wrong;
+    truth["wrong_5deg_2m"] = e.wrong_coarsely;
     truth["median_translation_m"] = numberOrNull(e.median_translation_m);
     truth["largest_translation_m"] = numberOrNull(e.largest_translation_m);
     truth["median_rotation_deg"] = numberOrNull(e.median_rotation_deg);
@@ -245,7 +250,8 @@ mapText(const MapOutput& output)
     text += map.scans[i].name + ": " + map.scans[i].reason + "\n";
   }
   for (const ControlResidual& c : output.control)
-    text += "control " + c.scan + format(": %.3f m\n", c.residual_m);
+    text += "control " + c.label +
+            format(": %.3f m (%.3f, %.3f, %.3f)\n", c.residual.norm(), c.residual.x(), c.residual.y(), c.residual.z());
   if (output.errors) {
     const MapErrors& e = *output.errors;
     for (std::size_t i = 0; i < e.scans.size(); ++i)

@@ -18,8 +18,8 @@ namespace apps {
 
 /// How a control point fits.
 struct ControlResidual {
-  std::string scan;
-  double residual_m = 0;
+  std::string label;        ///< as ControlPoint::label()
+  Eigen::Vector3d residual; ///< where the map has it, less where it is in the site [m]
 };
 
 /// What is written of a map.

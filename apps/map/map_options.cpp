@@ -40,8 +40,10 @@ describeOptions()
   known.add_options()("gravity", text("X,Y,Z"), "up in the frame of every scan, to five degrees")(
       "poses", text("FILE"), "approximate poses (as --truth): only links near them are looked for")(
       "pose-tolerance", text("DEG,M"), "how near these are (default: 10,1)")(
-      "control", text("FILE"), "control.csv: scan,x,y,z of setups in a site frame; the map is laid onto them")(
-      "pin", texts("SCAN"), "this scan holds the frame of its component");
+      "control",
+      text("FILE"),
+      "control.csv: scan,x,y,z of setups, or with point,sx,sy,sz of points, in a site frame: the map is laid onto "
+      "them")("pin", texts("SCAN"), "this scan holds the frame of its component");
   po::options_description mending("Mending, from the links in DIR/map.sqlite", kHelpWidth);
   mending.add_options()("accept", texts("A,B"), "the best pose of these two scans is right")(
       "reject", texts("A,B"), "do not join these two scans")(

@@ -10,6 +10,7 @@
 
 #include <apps/io/file_bytes.h>
 #include <apps/io/loaded_cloud.h>
+#include <apps/map/control_points.h>
 #include <apps/map/map_files.h>
 #include <apps/map/map_inputs.h>
 #include <apps/map/map_page.h>
@@ -22,6 +23,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdio>
 #include <filesystem>
 #include <iostream>
 #include <system_error>
@@ -83,13 +85,15 @@ public:
     describeScans(registration, map);
     toFileCoordinates(map);
     MapOutput output{map, std::nullopt, {}, "ssfr_map " + arguments_.words, 0, 0};
-    layOntoControl(map, output);
+    const std::string misfit = layOntoControl(map, output);
     if (!truth_.empty())
       output.errors = compareWithTruth(map, truth_, places_);
     writeMerged(map);
     output.peak_rss_mib = peakRssMib();
     output.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     write(output);
+    if (!misfit.empty())
+      throw io::IoError(misfit);
     return map.components == 1;
   }
 
@@ -137,8 +141,8 @@ private:
       poses_ = readPoses(arguments_.poses);
     if (!arguments_.control.empty())
       control_ = readControl(arguments_.control);
-    for (const auto& [name, place] : control_)
-      scanNamed("control", name);
+    for (const ControlPoint& point : control_)
+      scanNamed("control", point.scan);
     for (const std::string& name : arguments_.pins)
       scanNamed("pin", name);
     for (const auto& [a, b] : arguments_.accepted)
@@ -245,36 +249,50 @@ private:
                              Eigen::Translation3d(-offsets_[static_cast<std::size_t>(link.source)]);
   }
 
-  /// The largest component with control is laid onto it.
-  void
+  /// The largest component is laid onto its control. \return why it was not; the map keeps its frame then
+  std::string
   layOntoControl(MultiwayMap& map, MapOutput& output) const
   {
     if (control_.empty())
-      return;
+      return "";
     std::vector<Eigen::Vector3d> from, to;
-    std::vector<std::size_t> scans;
-    for (const auto& [name, place] : control_) {
-      const auto i = static_cast<std::size_t>(scanNamed("control", name));
+    std::vector<std::string> labels;
+    for (const ControlPoint& point : control_) {
+      const auto i = static_cast<std::size_t>(scanNamed("control", point.scan));
       if (map.scans[i].component != 0)
         continue;
-      scans.push_back(i);
-      from.push_back(map.scans[i].T_map_scan * places_[i]);
-      to.push_back(place);
+      labels.push_back(point.label());
+      from.push_back(map.scans[i].T_map_scan * point.in_scan.value_or(places_[i]));
+      to.push_back(point.site);
     }
-    Eigen::Isometry3d T;
+    ControlFit fit;
     try {
-      T = fitPlaces(from, to);
+      fit = fitControl(from, to);
     }
     catch (const std::invalid_argument& problem) {
-      throw io::IoError(arguments_.control + ": " + std::to_string(scans.size()) +
-                        " places are of the largest component: " + problem.what());
+      return arguments_.control + ": " + std::to_string(labels.size()) + " of " + std::to_string(control_.size()) +
+             " places are of the largest component: " + problem.what() + "; the map was written in its own frame";
     }
+    Eigen::Matrix<double, 6, 6> rotation = Eigen::Matrix<double, 6, 6>::Zero();
+    rotation.topLeftCorner<3, 3>() = rotation.bottomRightCorner<3, 3>() = fit.T_site_map.linear();
     for (std::size_t i = 0; i < map.scans.size(); ++i)
-      if (map.scans[i].component == 0)
+      if (map.scans[i].component == 0) {
         for (Eigen::Isometry3d* pose : {&map.scans[i].T_map_scan, &map.graph_poses[i], &map.chain_poses[i]})
-          *pose = T * *pose;
-    for (std::size_t k = 0; k < scans.size(); ++k)
-      output.control.push_back({map.scans[scans[k]].name, (T * from[k] - to[k]).norm()});
+          *pose = fit.T_site_map * *pose;
+        map.scans[i].covariance = rotation * map.scans[i].covariance * rotation.transpose();
+      }
+    for (std::size_t k = 0; k < labels.size(); ++k)
+      output.control.push_back({labels[k], fit.residuals[k]});
+    if (fit.misfit) {
+      char text[120];
+      std::snprintf(text,
+                    sizeof(text),
+                    " is %.3f m from where the other control puts it, which agrees to %.3f m",
+                    fit.misfit_distance,
+                    fit.others);
+      map.notes.push_back("control " + labels[*fit.misfit] + text);
+    }
+    return "";
   }
 
   void
@@ -320,7 +338,7 @@ private:
   const MapArguments& arguments_;
   std::vector<MapInputFile> files_;
   std::map<std::string, Eigen::Isometry3d> truth_, poses_;
-  std::map<std::string, Eigen::Vector3d> control_;
+  std::vector<ControlPoint> control_;
   std::vector<Eigen::Vector3d> offsets_; ///< of each scan's coordinates [m]
   std::vector<Eigen::Vector3d> places_;  ///< of the sensors, in file coordinates [m]
   std::vector<Eigen::Matrix3Xf> outlines_;

@@ -18,6 +18,9 @@ namespace apps {
 
 namespace {
 
+constexpr double kCoarseDegrees = 5; // what others count as right ...
+constexpr double kCoarse = 2;        // [m]
+
 using Poses = std::vector<Eigen::Isometry3d>;
 
 double
@@ -90,23 +93,34 @@ compareWithTruth(const MultiwayMap& map,
     const Eigen::Isometry3d T = T_truth_map * poses[i];
     return std::pair(angle(T.linear().transpose() * known[i].linear()), (T * places[i] - known[i] * places[i]).norm());
   };
-  const auto isNear = [&](const std::pair<double, double>& e) {
-    return e.first < rotation_bound_deg && e.second < translation_bound_m;
+  // The scans of a component that agree on where it lies in the truth: most of them.
+  const auto rightOnes = [&](const std::vector<std::size_t>& scans, double rotation_deg, double translation_m) {
+    std::vector<std::size_t> right;
+    for (const std::size_t held : scans) {
+      Eigen::Isometry3d T = known[held] * found[held].inverse();
+      for (bool has_grown = true; has_grown;) {
+        std::vector<std::size_t> near;
+        for (const std::size_t i : scans) {
+          const auto [rotation, translation] = errorOf(i, T, found);
+          if (rotation < rotation_deg && translation < translation_m)
+            near.push_back(i);
+        }
+        // The frame of one scan leaves a long street within the bound only near it.
+        has_grown = near.size() > right.size();
+        if (has_grown) {
+          right = near;
+          T = fit(right, found, known, places);
+        }
+      }
+    }
+    return right;
   };
   std::vector<double> translations, rotations, graph, chain, consistency;
   for (const auto& [component, scans] : components) {
     if (scans.size() < 2)
       continue;
-    std::vector<std::size_t> right;
-    for (const std::size_t held : scans) {
-      const Eigen::Isometry3d T = known[held] * found[held].inverse();
-      std::vector<std::size_t> near;
-      for (const std::size_t i : scans)
-        if (isNear(errorOf(i, T, found)))
-          near.push_back(i);
-      if (near.size() > right.size())
-        right = near;
-    }
+    const std::vector<std::size_t> right = rightOnes(scans, rotation_bound_deg, translation_bound_m);
+    errors.wrong_coarsely += scans.size() - rightOnes(scans, kCoarseDegrees, kCoarse).size();
     const Eigen::Isometry3d T = fit(right, found, known, places);
     const Eigen::Isometry3d T_graph = fit(right, map.graph_poses, known, places);
     const Eigen::Isometry3d T_chain = fit(right, map.chain_poses, known, places);

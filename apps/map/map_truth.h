@@ -29,6 +29,7 @@ struct MapErrors {
   std::vector<std::optional<ScanError>> scans; ///< none: not placed, or not in the truth
   std::size_t placed = 0;                      ///< scans with an error
   std::size_t wrong = 0;
+  std::size_t wrong_coarsely = 0; ///< the same by bounds of 5 degrees and 2 m, as others count
   double median_translation_m = 0, largest_translation_m = 0; ///< of those that are not wrong
   double median_rotation_deg = 0, largest_rotation_deg = 0;
   double graph_median_m = 0; ///< the same of the pose graph alone [m]

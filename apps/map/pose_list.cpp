@@ -5,10 +5,10 @@
 
 #include "common/rotation_math.h"
 
-#include <apps/io/csv_line.h>
 #include <apps/io/file_bytes.h>
 #include <apps/io/text_scanner.h>
 #include <apps/io/transform_file.h>
+#include <apps/map/csv_table.h>
 
 #include <Eigen/SVD>
 
@@ -24,60 +24,6 @@ namespace {
 constexpr std::size_t kQuaternion = 7; // numbers of a pose with a quaternion ...
 constexpr std::size_t kMatrix = 16;    // ... and as a matrix, row after row
 
-/// A CSV file by the names of its columns.
-class Table {
-public:
-  explicit Table(const std::string& path) : path_(path), bytes_(io::readFile(path)), text_(bytes_, path_)
-  {
-    if (text_.nextData())
-      columns_ = io::splitCsvLine(text_.line());
-  }
-  bool
-  has(const std::string& column) const
-  {
-    return std::find(columns_.begin(), columns_.end(), column) != columns_.end();
-  }
-  bool
-  next()
-  {
-    if (!text_.nextData())
-      return false;
-    row_ = io::splitCsvLine(text_.line());
-    if (row_.size() != columns_.size())
-      throw text_.error("has " + std::to_string(row_.size()) + " fields, the first line names " +
-                        std::to_string(columns_.size()));
-    return true;
-  }
-  const std::string&
-  field(const std::string& column) const
-  {
-    const auto found = std::find(columns_.begin(), columns_.end(), column);
-    if (found == columns_.end())
-      throw io::IoError(path_ + ": the column " + column + " is missing");
-    return row_[static_cast<std::size_t>(found - columns_.begin())];
-  }
-  double
-  number(const std::string& column) const
-  {
-    const std::optional<double> value = io::parseNumber(field(column));
-    if (!value || !std::isfinite(*value))
-      throw text_.error("the column " + column + " is " + io::inQuotes(field(column)) + ", no number");
-    return *value;
-  }
-  io::IoError
-  error(const std::string& message) const
-  {
-    return text_.error(message);
-  }
-
-private:
-  std::string path_;
-  std::string bytes_;
-  io::TextScanner text_;
-  std::vector<std::string> columns_;
-  std::vector<std::string> row_;
-};
-
 template <typename Value>
 void
 insertNew(std::map<std::string, Value>& values, const std::string& name, const Value& value, const io::IoError& twice)
@@ -87,7 +33,7 @@ insertNew(std::map<std::string, Value>& values, const std::string& name, const V
 }
 
 std::map<std::string, Eigen::Isometry3d>
-readTable(Table& table)
+readTable(CsvTable& table)
 {
   std::map<std::string, Eigen::Isometry3d> poses;
   const bool has_components = table.has("component");
@@ -150,27 +96,12 @@ readLines(const std::string& path)
 std::map<std::string, Eigen::Isometry3d>
 readPoses(const std::string& path)
 {
-  Table table(path);
+  CsvTable table(path);
   std::map<std::string, Eigen::Isometry3d> poses =
       table.has("scan") && table.has("T00") ? readTable(table) : readLines(path);
   if (poses.empty())
     throw io::IoError(path + ": holds no pose");
   return poses;
-}
-
-std::map<std::string, Eigen::Vector3d>
-readControl(const std::string& path)
-{
-  Table table(path);
-  std::map<std::string, Eigen::Vector3d> places;
-  while (table.next()) {
-    const std::string& name = table.field("scan");
-    const Eigen::Vector3d place(table.number("x"), table.number("y"), table.number("z"));
-    insertNew(places, name, place, table.error("a second place of " + io::inQuotes(name)));
-  }
-  if (places.empty())
-    throw io::IoError(path + ": holds no place");
-  return places;
 }
 
 Eigen::Isometry3d

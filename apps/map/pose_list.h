@@ -22,10 +22,6 @@ namespace apps {
 std::map<std::string, Eigen::Isometry3d>
 readPoses(const std::string& path);
 
-/// Places of setups in a site frame [m]: a CSV file with the columns scan, x, y, z. \throw io::IoError
-std::map<std::string, Eigen::Vector3d>
-readControl(const std::string& path);
-
 /// The entry of a scan: by its name, or by its name without folder and extension; null when there is none.
 template <typename Value>
 const Value*

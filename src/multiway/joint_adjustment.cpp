@@ -11,6 +11,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <map>
+#include <utility>
 
 namespace pcl_ssfr {
 
@@ -36,7 +39,7 @@ motionInto(const Eigen::Isometry3d& T_map_frame)
 
 /// The equations of a pair in motions about the origin of the map.
 struct MapEquations {
-  Matrix6 hessian, curvature, scatter;
+  Matrix6 hessian, curvature;
   Vector6 gradient;
   double weight = 0, squares = 0;
 };
@@ -100,6 +103,111 @@ private:
   std::vector<Eigen::Triplet<double>> entries_;
 };
 
+/// What the patches of one scan add to the covariance of the gradient of the network: a block for each two of the scans
+/// that they meet, and itself.
+struct ScanScatter {
+  std::vector<std::size_t> scans; ///< itself first
+  Eigen::MatrixXd blocks;         ///< six rows and columns of each
+};
+
+ScanScatter
+scatterOf(std::size_t scan,
+          const std::vector<std::size_t>& pairs_of_it,
+          const std::vector<Eigen::Isometry3d>& poses,
+          const std::vector<std::pair<int, int>>& pairs,
+          const PatchGradientsFunction& patches,
+          double noise_floor)
+{
+  ScanScatter result;
+  result.scans.push_back(scan);
+  std::vector<PatchGradients> met;
+  for (const std::size_t k : pairs_of_it) {
+    const bool is_source = pairs[k].first == static_cast<int>(scan);
+    const auto target = static_cast<std::size_t>(pairs[k].second);
+    const auto source = static_cast<std::size_t>(pairs[k].first);
+    PatchGradients g = patches(k, poses[target].inverse() * poses[source], is_source);
+    // Of a motion of this scan, in the map; the other one moves the other way.
+    const Matrix6 a = (is_source ? 1.0 : -1.0) * motionInto(poses[target]).transpose();
+    g.gradients = a * g.gradients;
+    g.offsets = a * g.offsets;
+    met.push_back(std::move(g));
+    result.scans.push_back(is_source ? target : source);
+  }
+  const auto size = static_cast<Eigen::Index>(6 * result.scans.size());
+  result.blocks = Eigen::MatrixXd::Zero(size, size);
+  Eigen::Index count = 0;
+  for (const PatchGradients& g : met)
+    count = std::max(count, g.gradients.cols());
+  std::vector<Eigen::Index> rows; // first ones of the scans that the patch meets
+  std::vector<Vector6> gradients, offsets;
+  for (Eigen::Index p = 0; p < count; ++p) {
+    rows.assign(1, 0);
+    gradients.assign(1, Vector6::Zero());
+    offsets.assign(1, Vector6::Zero());
+    for (std::size_t m = 0; m < met.size(); ++m) {
+      if (p >= met[m].offsets.cols() || met[m].offsets.col(p).isZero(0))
+        continue;
+      rows.push_back(static_cast<Eigen::Index>(6 * (m + 1)));
+      gradients.emplace_back(-met[m].gradients.col(p));
+      offsets.emplace_back(-noise_floor * met[m].offsets.col(p));
+      gradients.front() -= gradients.back();
+      offsets.front() -= offsets.back();
+    }
+    for (std::size_t r = 0; r < rows.size() && rows.size() > 1; ++r)
+      for (std::size_t c = 0; c <= r; ++c)
+        result.blocks.block<6, 6>(rows[r], rows[c]).noalias() +=
+            gradients[r] * gradients[c].transpose() + offsets[r] * offsets[c].transpose();
+  }
+  return result;
+}
+
+/// The covariance of the gradient of the network, in its unknowns.
+Sparse
+networkScatter(const std::vector<Eigen::Isometry3d>& poses,
+               const std::vector<std::pair<int, int>>& pairs,
+               const Network& network,
+               const PatchGradientsFunction& patches,
+               const AdjustmentConfig& config,
+               int threads)
+{
+  constexpr std::size_t kAtOnce = 16; // scans whose blocks are in memory
+  std::vector<std::vector<std::size_t>> pairs_of(poses.size());
+  for (std::size_t k = 0; k < pairs.size(); ++k)
+    for (const int i : {pairs[k].first, pairs[k].second})
+      pairs_of[static_cast<std::size_t>(i)].push_back(k);
+  std::map<std::pair<int, int>, Matrix6> sums; // of the lower half, by first row and column
+  for (std::size_t first = 0; first < poses.size(); first += kAtOnce) {
+    std::vector<ScanScatter> found(std::min(kAtOnce, poses.size() - first));
+    forEachInParallel(static_cast<std::int64_t>(found.size()), 1, threads, [&](std::int64_t index) {
+      const auto i = static_cast<std::size_t>(index);
+      found[i] = scatterOf(first + i, pairs_of[first + i], poses, pairs, patches, config.noise_floor);
+    });
+    for (const ScanScatter& scan : found)
+      for (std::size_t r = 0; r < scan.scans.size(); ++r)
+        for (std::size_t c = 0; c <= r; ++c) {
+          const int row = network.column(scan.scans[r]), column = network.column(scan.scans[c]);
+          if (row < 0 || column < 0)
+            continue;
+          const Matrix6 block =
+              scan.blocks.block<6, 6>(static_cast<Eigen::Index>(6 * r), static_cast<Eigen::Index>(6 * c));
+          const auto place = sums.emplace(std::minmax(row, column, std::greater<>()), Matrix6::Zero()).first;
+          place->second += row >= column ? block : Matrix6(block.transpose());
+        }
+  }
+  std::vector<Eigen::Triplet<double>> entries;
+  entries.reserve(72 * sums.size());
+  for (const auto& [place, block] : sums)
+    for (int c = 0; c < 6; ++c)
+      for (int r = 0; r < 6; ++r) {
+        entries.emplace_back(place.first + r, place.second + c, block(r, c));
+        if (place.first != place.second)
+          entries.emplace_back(place.second + c, place.first + r, block(r, c));
+      }
+  Sparse m(network.unknowns(), network.unknowns());
+  m.setFromTriplets(entries.begin(), entries.end());
+  return m;
+}
+
 void
 damp(Sparse& m, double share)
 {
@@ -115,6 +223,7 @@ adjustJointly(std::vector<Eigen::Isometry3d> poses,
               const std::vector<int>& fixed,
               const std::vector<Eigen::Vector3d>& places,
               const EquationsFunction& equations,
+              const PatchGradientsFunction& patches,
               const AdjustmentConfig& config,
               int threads)
 {
@@ -130,8 +239,7 @@ adjustJointly(std::vector<Eigen::Isometry3d> poses,
       const SurfaceEquations e = equations(k, T_target.inverse() * T_source);
       const Matrix6 a = motionInto(T_target);
       const auto inMap = [&](const Matrix6& m) { return Matrix6(a.transpose() * m * a); };
-      found[k] = {
-          inMap(e.hessian), inMap(e.curvature), inMap(e.scatter), a.transpose() * e.gradient, e.weight, e.squares};
+      found[k] = {inMap(e.hessian), inMap(e.curvature), a.transpose() * e.gradient, e.weight, e.squares};
     });
   };
   const auto rms = [&] {
@@ -184,13 +292,11 @@ adjustJointly(std::vector<Eigen::Isometry3d> poses,
 
   linearise();
   result.rms = rms();
-  Network curvature(n, fixed), scatter(n, fixed);
-  for (std::size_t k = 0; k < pairs.size(); ++k) {
+  Network curvature(n, fixed);
+  for (std::size_t k = 0; k < pairs.size(); ++k)
     curvature.add(pairs[k].first, pairs[k].second, found[k].curvature);
-    scatter.add(pairs[k].first, pairs[k].second, found[k].scatter);
-  }
   Sparse a = curvature.matrix();
-  const Sparse b = scatter.matrix();
+  const Sparse b = networkScatter(poses, pairs, curvature, patches, config, threads);
   damp(a, config.damping);
   const Eigen::SimplicialLDLT<Sparse> solver(a);
   if (curvature.unknowns() > 0 && solver.info() == Eigen::Success)

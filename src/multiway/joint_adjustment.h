@@ -16,6 +16,10 @@ namespace pcl_ssfr {
 /// Gives the linearised plane distances of pair k at a pose (equationsAt()).
 using EquationsFunction = std::function<SurfaceEquations(std::size_t pair, const Eigen::Isometry3d& T_target_source)>;
 
+/// Gives what each patch of one scan of pair k adds to the gradient of these equations (patchGradientsAt()).
+using PatchGradientsFunction =
+    std::function<PatchGradients(std::size_t pair, const Eigen::Isometry3d& T_target_source, bool of_source)>;
+
 /// Poses of the scans of one part, adjusted jointly over their surfaces.
 struct JointAdjustment {
   std::vector<Eigen::Isometry3d> poses; ///< T_map_scan
@@ -29,8 +33,11 @@ struct JointAdjustment {
 /** \brief All poses of a part at once: the plane distances of all overlapping pairs are made small together.
  *
  * Gauss-Newton on the robust point-to-plane distances: each pair contributes its equations in the motion of its source
- * relative to its target, so a loop is closed where its surfaces meet, not by averages of pairs. The covariance is that
- * of a robust estimate whose data err in patches (as of a pair), taken through the whole network.
+ * relative to its target, so a loop is closed where its surfaces meet, not by averages of pairs.
+ *
+ * The covariance is that of a robust estimate whose data err in patches, A^-1 B A^-1 as of a pair (PoseUncertainty),
+ * with one B for the network: a patch errs once for all pairs that it takes part in. That is what averages do not
+ * remove: with ever more pairs, each scan is known as well as its own patches are, not better.
  * \param[in] poses start, T_map_scan \param[in] pairs (source, target) that overlap \param[in] fixed scans whose poses
  * are kept, at least one \param[in] places of the sensors in the scans' frames [m]
  */
@@ -40,6 +47,7 @@ adjustJointly(std::vector<Eigen::Isometry3d> poses,
               const std::vector<int>& fixed,
               const std::vector<Eigen::Vector3d>& places,
               const EquationsFunction& equations,
+              const PatchGradientsFunction& patches,
               const AdjustmentConfig& config,
               int threads);
 

@@ -238,7 +238,7 @@ private:
   }
 
   /** \brief Each scan once more, now that all others are placed: it stands apart where another place in its part, which
-   * a link of it says, explains all surfaces better, or nearly as well without being outvoted. \return whether any does
+   * a link of it says, explains all surfaces better, or nearly as well. \return whether any does
    */
   bool
   separateRivals(Assembly& assembly, const HypothesisGraph& graph, std::vector<std::string>& reasons) const
@@ -310,7 +310,8 @@ private:
     const double here = scoreAt(assembly, members, which, assembly.poses[i]);
     return std::any_of(rivals.begin(), rivals.end(), [&](const auto& rival) {
       const double there = scoreAt(assembly, members, which, rival.second);
-      return there > here || (there * config.rival_gain > here && agree_here < config.outvoted * rival.first);
+      return there > here ||
+             (there > 0 && agree_here * std::pow(here / there, config.score_power) < config.clear_odds * rival.first);
     });
   }
 
@@ -456,9 +457,12 @@ private:
     }
     const AdjustmentConfig& config = input_.options.adjustment;
     const EquationsFunction equations = [&](std::size_t k, const Eigen::Isometry3d& T) {
-      return equationsAt(scan(taken[k].first), scan(taken[k].second), T, input_.options, config.noise_floor);
+      return equationsAt(scan(taken[k].first), scan(taken[k].second), T, input_.options);
     };
-    const JointAdjustment adjusted = adjustJointly(poses, numbered, held, places, equations, config, threads_);
+    const PatchGradientsFunction patches = [&](std::size_t k, const Eigen::Isometry3d& T, bool of_source) {
+      return patchGradientsAt(scan(taken[k].first), scan(taken[k].second), T, input_.options, of_source);
+    };
+    const JointAdjustment adjusted = adjustJointly(poses, numbered, held, places, equations, patches, config, threads_);
     for (std::size_t m = 0; m < members.size(); ++m) {
       assembly.poses[static_cast<std::size_t>(members[m])] = adjusted.poses[m];
       covariances_[static_cast<std::size_t>(members[m])] = adjusted.covariances[m];

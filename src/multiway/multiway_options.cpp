@@ -60,6 +60,8 @@ validate(const MultiwayOptions& options)
   requirePositive("choice.rival_rotation", choice.rival_rotation);
   requirePositive("choice.rival_translation", choice.rival_translation);
   requirePositive("choice.outvoted", choice.outvoted);
+  requirePositive("choice.clear_odds", choice.clear_odds);
+  requirePositive("choice.score_power", choice.score_power);
   requirePositive("choice.rival_links", choice.rival_links);
   requirePositive("choice.clear_majority", choice.clear_majority);
   requireShare("choice.lone", choice.lone);

@@ -7,6 +7,7 @@
 #include "profiles/patch_pair.h"
 #include "profiles/pose_refinement.h"
 #include "profiles/prepared_data.h"
+#include "refinement/plane_equations.h"
 
 #include <pcl_ssfr/pipeline.h>
 
@@ -193,8 +194,7 @@ SurfaceEquations
 equationsAt(const PreparedScan& source,
             const PreparedScan& target,
             const Eigen::Isometry3d& T_target_source,
-            const MultiwayOptions& options,
-            double noise_floor)
+            const MultiwayOptions& options)
 {
   const OptionedPair optioned(source, target, options);
   const PatchPair& pair = optioned.pair;
@@ -217,10 +217,54 @@ equationsAt(const PreparedScan& source,
   equations.hessian = about(step.hessian);
   equations.gradient = -a * step.hessian * motion;
   equations.curvature = about(step.statistics.curvature);
-  equations.scatter = about(step.statistics.scatter + noise_floor * noise_floor * step.statistics.unit_scatter);
   equations.weight = step.weight;
   equations.squares = step.rms * step.rms * step.weight;
   return equations;
+}
+
+PatchGradients
+patchGradientsAt(const PreparedScan& source,
+                 const PreparedScan& target,
+                 const Eigen::Isometry3d& T_target_source,
+                 const MultiwayOptions& options,
+                 bool of_source)
+{
+  const Options pair_options = pairOptions(options);
+  const PatchPair pair(patchesOf(source), patchesOf(target), pair_options, nullptr, Deadline());
+  const PatchIndex::Tolerance tolerance = stepOptions(pair).match;
+  const Eigen::Isometry3d T = pair.toInner(T_target_source);
+  const auto count = [](const PatchScan& scan) { return static_cast<std::size_t>(scan.patches.size()); };
+  const std::size_t sources = count(pair.source()), targets = count(pair.target());
+  EquationStatisticsSum sum(sources, targets, 0.5 * static_cast<double>(tolerance.distance));
+  const auto add = [&](const PatchScan& from, const PatchScan& to, const Eigen::Isometry3d& motion, bool is_source) {
+    for (Eigen::Index i = 0; i < from.surface.points.cols(); ++i) {
+      const Eigen::Vector3d own = from.surface.points.col(i).cast<double>();
+      const Eigen::Vector3d p = motion * own;
+      const Eigen::Vector3d n = motion.linear() * from.surface.normals.col(i).cast<double>();
+      const int found = to.index.find(p.cast<float>(), n.cast<float>(), tolerance);
+      if (found < 0)
+        continue;
+      const PatchIndex::Meeting at = to.index.meet(found, p);
+      const auto patch = static_cast<std::size_t>(from.surface.patches[static_cast<std::size_t>(i)]);
+      const auto plane = static_cast<std::size_t>(found);
+      if (is_source)
+        sum.add(patch, plane, p, at.normal, at.distance, 1 / at.variance, 1);
+      else // it is the plane that moves: its distance to a fixed point shrinks along its normal
+        sum.add(plane, patch, own, T.linear() * at.normal, -at.distance, 1 / at.variance, 1);
+    }
+  };
+  add(pair.source(), pair.target(), T, true);
+  add(pair.target(), pair.source(), T.inverse(), false);
+  const Matrix6 a = shifted(pair.target().origin);
+  const std::size_t first = of_source ? 0 : sources;
+  const auto columns = static_cast<Eigen::Index>(of_source ? sources : targets);
+  PatchGradients result{PatchGradients::Columns(6, columns), PatchGradients::Columns(6, columns)};
+  for (Eigen::Index k = 0; k < columns; ++k) {
+    const PatchSum& patch = sum.patches()[first + static_cast<std::size_t>(k)];
+    result.gradients.col(k) = a * patch.gradient;
+    result.offsets.col(k) = a * patch.offset;
+  }
+  return result;
 }
 
 LinkFigures

@@ -77,19 +77,32 @@ struct SurfaceEquations {
   Matrix6 hessian = Matrix6::Zero();
   Vector6 gradient = Vector6::Zero();  ///< the step -hessian^-1 gradient lays the surfaces onto each other
   Matrix6 curvature = Matrix6::Zero(); ///< as EquationStatistics
-  Matrix6 scatter = Matrix6::Zero();   ///< as EquationStatistics, with the noise floor
   double weight = 0;                   ///< robust weight of all matches
   double squares = 0;                  ///< weighted sum of squared distances [m^2]
   Eigen::Index matches = 0;
 };
 
-/// \param[in] noise_floor [m] of each patch, > 0
 SurfaceEquations
 equationsAt(const PreparedScan& source,
             const PreparedScan& target,
             const Eigen::Isometry3d& T_target_source,
-            const MultiwayOptions& options,
-            double noise_floor);
+            const MultiwayOptions& options);
+
+/// What the matches of each patch of one scan of a pair add to the gradient of the pair, a column per patch; zero where
+/// it met nothing. Motions as of SurfaceEquations.
+struct PatchGradients {
+  using Columns = Eigen::Matrix<double, 6, Eigen::Dynamic>;
+  Columns gradients;
+  Columns offsets; ///< what it would add if the patch were off by 1 m along its normal
+};
+
+/// \param[in] of_source the patches of the source, else those of the target
+PatchGradients
+patchGradientsAt(const PreparedScan& source,
+                 const PreparedScan& target,
+                 const Eigen::Isometry3d& T_target_source,
+                 const MultiwayOptions& options,
+                 bool of_source);
 
 /// The figures of a link that a surveyor signs.
 struct LinkFigures {

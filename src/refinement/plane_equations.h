@@ -117,6 +117,12 @@ struct EquationStatistics {
   Matrix6 unit_scatter = Matrix6::Zero();
 };
 
+/// What the matches of one patch add to the gradient: they err together.
+struct PatchSum {
+  PlaneEquations::Vector6 gradient = PlaneEquations::Vector6::Zero();
+  PlaneEquations::Vector6 offset = PlaneEquations::Vector6::Zero(); ///< gradient of an offset of the patch by 1 m
+};
+
 /// Collects the statistics of matches between patches of two scans.
 class EquationStatisticsSum {
 public:
@@ -141,13 +147,15 @@ public:
   EquationStatistics
   statistics() const;
 
+  /// Of each patch of the source, then of the target.
+  const std::vector<PatchSum>&
+  patches() const
+  {
+    return patches_;
+  }
+
 private:
   using Vector6 = PlaneEquations::Vector6;
-
-  struct PatchSum {
-    Vector6 gradient = Vector6::Zero();
-    Vector6 offset = Vector6::Zero(); ///< gradient of an offset of 1 m
-  };
 
   double square_; ///< of the scale [m^2]
   std::size_t source_patches_;

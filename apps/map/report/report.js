@@ -83,6 +83,13 @@
   table("bridges", [["Source", (l) => nameOf(l.source)], ["Target", (l) => nameOf(l.target)],
                     ["Confidence", (l) => l.confidence, 3], ["Overlap %", (l) => 100 * l.overlap, 0]],
         links.filter((l) => l.bridge), "None: without any one link the map still holds together.");
+  if (summary.control) {
+    byId("control-section").hidden = false;
+    table("control", [["Point", (c) => c.point], ["Residual [mm]", (c) => 1e3 * c.residual_m, 1],
+                      ["x [mm]", (c) => 1e3 * c.dx_m, 1], ["y [mm]", (c) => 1e3 * c.dy_m, 1],
+                      ["z [mm]", (c) => 1e3 * c.dz_m, 1]],
+          summary.control.slice().sort((a, b) => b.residual_m - a.residual_m), "");
+  }
   const setups = [["Scan", (s) => s.name], ["Component", (s) => s.component], ["Links", (s) => s.links],
                   ["σ position [mm]", (s) => s.sigma_mm, 1], ["σ rotation [deg]", (s) => s.sigma_deg, 3]];
   if (summary.truth) setups.push(["Error [mm]", (s) => s.error_mm, 1]);

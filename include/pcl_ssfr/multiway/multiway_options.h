@@ -29,14 +29,17 @@ struct ChoiceConfig {
   double sure = 0.5;             ///< probability from which on a link speaks for and against others
   double rival_links = 1.4;      ///< probability of links that agree on another place, from which on it is a doubt ...
   double clear_majority = 3;     ///< ... unless those for the place chosen have this many times as much
-  double outvoted = 1.5;         ///< belief for a place over that against it, from which on no rival is looked at
-  double rival = 0.2;            ///< probability of a link from which on its pose is compared with the one chosen
-  double rival_rotation = 0.35;  ///< [rad] places are two when they differ by this ...
-  double rival_translation = 1;  ///< [m] ... or by this: less is the same one, found inexactly
-  double lone = 0.95;            ///< probability that a link must have that alone joins two parts
+  /// Odds that a placed scan must have against each rival: of a hundred that are doubtful, one may be wrong. They are
+  /// those of the links times those of the surfaces: links of places alike err together, so they never decide alone.
+  double clear_odds = 100;
+  double outvoted = 1.5;            ///< belief for a place over that against it, from which on no rival is looked at
+  double rival = 0.2;               ///< probability of a link from which on its pose is compared with the one chosen
+  double rival_rotation = 0.35;     ///< [rad] places are two when they differ by this ...
+  double rival_translation = 1;     ///< [m] ... or by this: less is the same one, found inexactly
+  double lone = 0.95;               ///< probability that a link must have that alone joins two parts
   double contradiction_weight = 14; ///< of surface in free space, as in the score of a pair
-  /// A pose of two parts explains their surfaces this many times as well as any other that links propose: by the
-  /// posterior of a pair, nine powers of it are the odds.
+  double score_power = 9;           ///< of the ratio of two scores that makes odds, by the posterior of a pair
+  /// A pose of two parts explains their surfaces this many times as well as any other that links propose: odds of 20.
   double rival_gain = 1.4;
   double loose = 2; ///< factor on matching distances and margins before the poses are exact
 };
@@ -66,8 +69,8 @@ struct AdjustmentConfig {
   double least_matched = 0.02; ///< share of the patches of a pair that meet, from which on the pair takes part
   double damping = 1e-4;       ///< of the diagonal: what nothing determines stays where the pose graph puts it
   double noise_floor = 0.001;  ///< [m] no patch is better known
-  /// Factor on the covariance: patches that several pairs share err alike. Fitted to simulated buildings.
-  double covariance_factor = 1.7;
+  /// Factor on the covariance, for what all patches of a scan have in common and no scatter shows.
+  double covariance_factor = 1;
 };
 
 /// Everything that can be set of a multiway registration. The defaults need no change.
