@@ -20,6 +20,7 @@ def draw(clouds, path):
     """The clouds from above, each in its colour: darker where more points lie."""
     points = np.vstack([np.asarray(cloud.points) for cloud in clouds])
     low, high = np.percentile(points[:, :2], (1, 99), axis=0)  # far returns would make the picture small
+    low, high = low - 0.05 * (high - low), high + 0.05 * (high - low)
     scale = (WIDTH - 1) / (high - low).max()
     columns, rows = (np.ceil((high - low) * scale).astype(int) + 1).tolist()
     picture = np.ones((rows, columns, 3))

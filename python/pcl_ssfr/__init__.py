@@ -233,9 +233,13 @@ def map_scans(
     inputs: list[object] = []
     given: list[str] = []
     for i, scan in enumerate(scans):
-        is_file = isinstance(scan, (str, os.PathLike))
-        inputs.append(os.fsencode(scan) if is_file else scan if isinstance(scan, tuple) else (scan, None))  # type: ignore[arg-type]
-        given.append(os.fspath(scan) if is_file else f"scan {i}")  # type: ignore[arg-type]
+        if isinstance(scan, (str, os.PathLike)):
+            inputs.append(os.fsencode(scan))
+            given.append(os.fspath(scan))
+        else:
+            points, viewpoint = scan if isinstance(scan, tuple) else (scan, None)
+            inputs.append((points, viewpoint))
+            given.append(f"scan {i}")
     if names is not None:
         given = [str(name) for name in names]
         if len(given) != len(inputs):
@@ -245,7 +249,7 @@ def map_scans(
         given,
         inputs,
         gravity,
-        gravity_tolerance_deg,
+        None if gravity_tolerance_deg is None else float(gravity_tolerance_deg),
         b"" if project is None else os.fsencode(project),
         resume,
         dict(poses or {}),

@@ -17,6 +17,7 @@ import pcl_ssfr
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 DATA = ROOT / "data"
+needs_maps = pytest.mark.skipif(not hasattr(pcl_ssfr, "ScanMap"), reason="built without Ceres and SQLite")
 
 
 def program(variable):

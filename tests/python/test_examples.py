@@ -9,9 +9,7 @@ import sys
 
 import numpy as np
 import pytest
-from conftest import DATA, ROOT, register_files
-
-import pcl_ssfr
+from conftest import DATA, ROOT, needs_maps, register_files
 
 EXAMPLES = ROOT / "examples" / "python"
 
@@ -38,7 +36,7 @@ def test_open3d_pair(tmp_path):
     assert 0.02 < (pixels.min(axis=2) < 200).mean() < 0.7, "lines of walls on white"
 
 
-@pytest.mark.skipif(not hasattr(pcl_ssfr, "ScanMap"), reason="built without Ceres and SQLite")
+@needs_maps
 def test_map_folder(tmp_path):
     folder, out = tmp_path / "scans", tmp_path / "map"
     folder.mkdir()

@@ -9,11 +9,11 @@ import threading
 
 import numpy as np
 import pytest
-from conftest import DATA, program
+from conftest import DATA, needs_maps, program
 
 import pcl_ssfr
 
-pytestmark = pytest.mark.skipif(not hasattr(pcl_ssfr, "ScanMap"), reason="built without Ceres and SQLite")
+pytestmark = needs_maps
 FILES = [DATA / f"apartment_{i}.pcd" for i in range(4) if (DATA / f"apartment_{i}.pcd").exists()]
 
 
@@ -124,6 +124,8 @@ def test_wrong_arguments(arrays, words, text):
 def test_wrong_scans(arrays):
     with pytest.raises(ValueError, match="a map takes two scans or more, 1 of 1"):
         pcl_ssfr.map_scans(arrays[:1])
+    with pytest.raises(ValueError, match="expected 2, got 3"):
+        pcl_ssfr.map_scans([arrays[0], (arrays[1], None, None)])
     with pytest.raises(ValueError, match=r"^scan 1: an array of dtype float32 and shape \(3, 2\)"):
         pcl_ssfr.map_scans([arrays[0], np.zeros((3, 2), np.float32)])
 

@@ -10,7 +10,7 @@ import pathlib
 
 import numpy as np
 import pytest
-from conftest import DATA, aligned_by_program, assert_same_bits, pairs_of, register_files
+from conftest import DATA, aligned_by_program, assert_same_bits, needs_maps, pairs_of, register_files
 
 import pcl_ssfr
 
@@ -97,6 +97,7 @@ def test_large_coordinates_lose_nothing(tmp_path, apartment):
     assert np.abs(back @ given.T_target_source @ there - near).max() < 2e-3
 
 
+@needs_maps
 def test_large_coordinates_of_maps(tmp_path, apartment):
     far = np.array([4.5e5, 5.4e6, 120.0])
     here = pcl_ssfr.map_scans([apartment[1], apartment[0]])

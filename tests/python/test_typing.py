@@ -11,7 +11,7 @@ import sys
 
 import numpy as np
 import pytest
-from conftest import ROOT
+from conftest import ROOT, needs_maps
 
 import pcl_ssfr
 from pcl_ssfr import _core
@@ -74,6 +74,7 @@ def public(item):
     return {name for name in vars(item) if not name.startswith("_")}
 
 
+@needs_maps
 def test_the_stub_names_what_there_is():
     stub = ast.parse((PACKAGE / "_core.pyi").read_text(encoding="utf-8"))
     classes = {node.name: stub_of(node) for node in stub.body if isinstance(node, ast.ClassDef)}
@@ -82,6 +83,7 @@ def test_the_stub_names_what_there_is():
     assert stub_of(stub) | set(classes) | variables == public(_core) | {"__version__"}
 
 
+@needs_maps
 def test_the_arguments_of_the_stub_are_those_of_the_functions():
     stub = ast.parse((PACKAGE / "_core.pyi").read_text(encoding="utf-8"))
     for node in stub.body:
@@ -96,6 +98,7 @@ def test_the_arguments_of_the_stub_are_those_of_the_functions():
             assert names == [argument.arg for argument in node.args.args], node.name
 
 
+@needs_maps
 def test_types_of_properties(aligned):
     """What the stub says of each property of a result is what comes."""
     stub = ast.parse((PACKAGE / "_core.pyi").read_text(encoding="utf-8"))
