@@ -237,8 +237,9 @@ def map_scans(
             inputs.append(os.fsencode(scan))
             given.append(os.fspath(scan))
         else:
-            points, viewpoint = scan if isinstance(scan, tuple) else (scan, None)
-            inputs.append((points, viewpoint))
+            if isinstance(scan, tuple) and len(scan) != 2:
+                raise ValueError(f"scan {i}: a tuple of {len(scan)}, must be points and viewpoint")
+            inputs.append(scan if isinstance(scan, tuple) else (scan, None))
             given.append(f"scan {i}")
     if names is not None:
         given = [str(name) for name in names]

@@ -124,7 +124,7 @@ def test_wrong_arguments(arrays, words, text):
 def test_wrong_scans(arrays):
     with pytest.raises(ValueError, match="a map takes two scans or more, 1 of 1"):
         pcl_ssfr.map_scans(arrays[:1])
-    with pytest.raises(ValueError, match="expected 2, got 3"):
+    with pytest.raises(ValueError, match="^scan 1: a tuple of 3, must be points and viewpoint"):
         pcl_ssfr.map_scans([arrays[0], (arrays[1], None, None)])
     with pytest.raises(ValueError, match=r"^scan 1: an array of dtype float32 and shape \(3, 2\)"):
         pcl_ssfr.map_scans([arrays[0], np.zeros((3, 2), np.float32)])
