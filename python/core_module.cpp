@@ -8,6 +8,7 @@
 #include <apps/io/io_error.h>
 
 #include <exception>
+#include <utility>
 
 namespace py = pybind11;
 
@@ -19,7 +20,7 @@ PYBIND11_MODULE(_core, module)
   py::register_exception_translator([](std::exception_ptr thrown) {
     try {
       if (thrown)
-        std::rethrow_exception(thrown);
+        std::rethrow_exception(std::move(thrown));
     }
     catch (const pcl_ssfr::io::IoError& error) {
       const py::object type = py::module_::import("pcl_ssfr._enums").attr("FileError");

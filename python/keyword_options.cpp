@@ -126,7 +126,7 @@ threadsFrom(const py::handle& value)
 Eigen::Vector3d
 directionFrom(const py::object& value)
 {
-  const Eigen::Vector3d direction = vectorOrNone("gravity", value).value_or(Eigen::Vector3d::Zero()).stableNormalized();
+  Eigen::Vector3d direction = vectorOrNone("gravity", value).value_or(Eigen::Vector3d::Zero()).stableNormalized();
   if (!(std::abs(direction.norm() - 1) < 1e-9)) // of zero
     throw wrong("gravity", value, "be a direction");
   return direction;

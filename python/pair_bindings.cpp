@@ -40,9 +40,11 @@ public:
       array_.emplace(name, scan, viewpoint, normals);
       return;
     }
-    for (const auto& [argument, value] : {std::pair(name + "_viewpoint", viewpoint), {name + "_normals", normals}})
-      if (!value.is_none())
-        throw std::invalid_argument(argument + ": the " + name + " is prepared already, give it to prepare_scan()");
+    if (!viewpoint.is_none() || !normals.is_none()) {
+      std::string message = name;
+      message.append(viewpoint.is_none() ? "_normals" : "_viewpoint").append(": the ").append(name);
+      throw std::invalid_argument(message + " is prepared already, give it to prepare_scan()");
+    }
     prepared_ = scan.cast<PreparedArray>();
   }
 
