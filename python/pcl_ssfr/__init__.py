@@ -80,12 +80,12 @@ def register_scans(
 ) -> Result:
     """Find the pose of `source` in the frame of `target`.
 
-    source, target: arrays of shape (N, 3), float32 or float64, points in metres, NaN where nothing was measured; or what
-        prepare_scan() gave. Contiguous float32 is read in place. float64 is copied as float32; an offset is taken off
+    source, target: arrays of shape (N, 3), float32 or float64, points in metres, NaN where nothing was measured; or
+        what prepare_scan() gave. Contiguous float32 is read in place. float64 is copied as float32; an offset is taken off
         large coordinates (map frames) first, and put back into the result.
     guess: rigid motion, shape (4, 4); refined and judged as one more candidate. Never needed.
-    source_viewpoint, target_viewpoint: where the sensor was, shape (3,), in the coordinates of the points [m]; the origin
-        when None. The option viewpoint_mode says how far that is to be believed.
+    source_viewpoint, target_viewpoint: where the sensor was, shape (3,), in the coordinates of the points [m]; the
+        origin when None. The option viewpoint_mode says whether that is checked against the points.
     gravity: direction up in both scans, shape (3,), or one for source and target, shape (2, 3); only poses that keep it
         within the option gravity_tolerance_deg (5) are considered.
     threads: 0: all processors. The result does not depend on it.
@@ -210,8 +210,8 @@ def map_scans(
 ) -> ScanMap:
     """Place many scans in one frame, in any order and without guesses (docs/MAPS.md).
 
-    scans: files, which are read as they are needed and never all at once; or arrays of shape (N, 3); or pairs of an array
-        and the viewpoint of its sensor.
+    scans: files, which are read as they are needed and never all at once; or arrays of shape (N, 3); or pairs of an
+        array and the viewpoint of its sensor.
     names: one for each scan, all different; None: the paths, and "scan 3" for the array at 3.
     gravity: direction up in the frame of every scan, shape (3,), right within gravity_tolerance_deg (None: 5).
     project: file that every link is kept in as it is found; with resume, what it holds is used again.

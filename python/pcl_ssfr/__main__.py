@@ -21,8 +21,8 @@ def parser() -> argparse.ArgumentParser:
     words = argparse.ArgumentParser(
         prog="python3 -m pcl_ssfr",
         description="Find where the scan SOURCE lies in the frame of the scan TARGET.",
-        epilog="Exit code: 0 aligned; 1 ran, but no pose is certain enough; 2 the command line is wrong; 3 a file cannot "
-        f"be read or written. Formats: {' '.join(pcl_ssfr.READABLE_FORMATS)}",
+        epilog="Exit code: 0 aligned; 1 ran, but no pose is certain enough; 2 the command line is wrong; 3 a file "
+        f"cannot be read or written. Formats: {' '.join(pcl_ssfr.READABLE_FORMATS)}",
         allow_abbrev=False,
     )
     words.add_argument("source", metavar="SOURCE")

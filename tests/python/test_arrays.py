@@ -60,7 +60,7 @@ def test_order_of_rows_and_not_finite_points(apartment):
 
 def test_results_are_arrays_of_their_own(aligned):
     T = aligned.T_target_source
-    assert (T.shape, T.dtype, T.flags.c_contiguous, T.flags.owndata or T.base is not None) == ((4, 4), np.float64, True, True)
+    assert (T.shape, T.dtype, T.flags.c_contiguous) == ((4, 4), np.float64, True)
     assert T[3].tolist() == [0, 0, 0, 1]
     assert np.abs(T[:3, :3].T @ T[:3, :3] - np.eye(3)).max() < 1e-12
     T[:] = 0

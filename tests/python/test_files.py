@@ -124,7 +124,8 @@ class TestCommand:
         ]
         assert found["time_s"] > 0
         assert pcl_ssfr.read_transform(tmp_path / "T.txt").tolist() == found["T_target_source"]
-        assert run(self.SOURCE, self.TARGET, "--json", tmp_path / "r.json", "--profile", "paper2017").returncode in (0, 1)
+        done = run(self.SOURCE, self.TARGET, "--json", tmp_path / "r.json", "--profile", "paper2017")
+        assert done.returncode in (0, 1)
         assert json.loads((tmp_path / "r.json").read_text(encoding="utf-8"))["confidence"] is None
 
     def test_not_aligned(self):
@@ -161,4 +162,5 @@ class TestCommand:
         done = run("--version")
         root = pathlib.Path(__file__).resolve().parents[2]
         assert done.stdout == f"pcl_ssfr {pcl_ssfr.__version__}\n"
-        assert f"project(pcl_ssfr VERSION {pcl_ssfr.__version__} " in (root / "CMakeLists.txt").read_text(encoding="utf-8")
+        project = (root / "CMakeLists.txt").read_text(encoding="utf-8")
+        assert f"project(pcl_ssfr VERSION {pcl_ssfr.__version__} " in project

@@ -142,5 +142,6 @@ def test_signatures():
     """What users' scripts rely on."""
     register = inspect.signature(pcl_ssfr.register_scans).parameters
     assert list(register)[:2] == ["source", "target"] and register["options"].kind is inspect.Parameter.VAR_KEYWORD
-    for name, default in {"guess": None, "source_viewpoint": None, "target_viewpoint": None, "gravity": None, "threads": 0}.items():
-        assert register[name].kind is inspect.Parameter.KEYWORD_ONLY and register[name].default is default
+    for name in ("guess", "source_viewpoint", "target_viewpoint", "gravity", "threads"):
+        assert register[name].kind is inspect.Parameter.KEYWORD_ONLY
+        assert register[name].default == (0 if name == "threads" else None)
