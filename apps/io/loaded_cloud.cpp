@@ -3,6 +3,7 @@
 
 #include <apps/io/loaded_cloud.h>
 
+#include <apps/io/coordinate_offset.h>
 #include <apps/io/e57_format.h>
 #include <apps/io/e57_writer.h>
 #include <apps/io/file_bytes.h>
@@ -17,10 +18,8 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <cmath>
 #include <cstring>
 #include <filesystem>
-#include <vector>
 
 namespace pcl_ssfr {
 namespace io {
@@ -31,7 +30,6 @@ using Field = pcl::PCLPointField;
 using VectorFields = std::array<const Field*, 3>;
 
 constexpr const char* kE57 = ".e57";
-constexpr std::size_t kOffsetSamples = 1001; ///< points looked at to find the offset
 
 std::string
 extensionOf(const std::string& scan)
@@ -107,31 +105,6 @@ pointAt(const pcl::PCLPointCloud2& table, std::size_t i)
   return table.data.data() + i * table.point_step;
 }
 
-/// The median of evenly picked points in whole metres when it is far from the origin, else zero: stray points do not
-/// matter.
-Eigen::Vector3d
-chooseOffset(const pcl::PCLPointCloud2& table, const VectorFields& xyz)
-{
-  const std::size_t count = pointCount(table);
-  const std::size_t step = count / kOffsetSamples + 1;
-  std::array<std::vector<double>, 3> samples;
-  for (std::size_t i = 0; i < count; i += step) {
-    const Eigen::Vector3d point = loadVector(pointAt(table, i), xyz);
-    if (point.allFinite())
-      for (std::size_t k = 0; k < 3; ++k)
-        samples[k].push_back(point[static_cast<Eigen::Index>(k)]);
-  }
-  if (samples[0].empty())
-    return Eigen::Vector3d::Zero();
-  Eigen::Vector3d median;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const auto middle = samples[k].begin() + static_cast<std::ptrdiff_t>(samples[k].size() / 2);
-    std::nth_element(samples[k].begin(), middle, samples[k].end());
-    median[static_cast<Eigen::Index>(k)] = std::round(*middle);
-  }
-  return median.cwiseAbs().maxCoeff() > kLargeCoordinate ? median : Eigen::Vector3d::Zero();
-}
-
 /// Turn the whole content of a file into what the tools work on.
 LoadedCloud
 finish(const std::string& path, RawCloud raw)
@@ -148,9 +121,9 @@ finish(const std::string& path, RawCloud raw)
   const Field* intensity = findField(cloud.table, "intensity");
   cloud.has_normals = normal.has_value();
   cloud.has_intensity = intensity && intensity->count == 1;
-  cloud.offset = chooseOffset(cloud.table, *xyz);
-
   const std::size_t count = pointCount(cloud.table);
+  cloud.offset = chooseOffset(count, [&](std::size_t i) { return loadVector(pointAt(cloud.table, i), *xyz); });
+
   cloud.points = pcl::make_shared<pcl::PointCloud<pcl::PointXYZINormal>>();
   cloud.points->resize(count);
   cloud.points->is_dense = true;

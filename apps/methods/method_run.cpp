@@ -10,6 +10,7 @@
 #include <pcl_ssfr/scan_view.h>
 
 #include <apps/methods/cloud_view.h>
+#include <apps/methods/file_frames.h>
 #include <apps/methods/planar_points.h>
 
 #include <pcl/features/normal_3d_omp.h>
@@ -40,50 +41,12 @@ secondsSince(std::chrono::steady_clock::time_point start)
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-/// A pose between offset clouds from a pose between files, and back.
-class Frames {
-public:
-  /// \param[in] source,target the origins of the clouds, in file coordinates [m]
-  Frames(const Eigen::Vector3d& source, const Eigen::Vector3d& target) : source_(source), target_(target) {}
-
-  Eigen::Isometry3d
-  toClouds(const Eigen::Isometry3d& T_files) const
-  {
-    return Eigen::Translation3d(-target_) * T_files * Eigen::Translation3d(source_);
-  }
-
-  Eigen::Isometry3d
-  toFiles(const Eigen::Isometry3d& T_clouds) const
-  {
-    return Eigen::Translation3d(target_) * T_clouds * Eigen::Translation3d(-source_);
-  }
-
-  /// All poses of a result, and its information matrix, which is about the origin of the target.
-  Result
-  toFiles(Result result) const
-  {
-    result.T_target_source = toFiles(result.T_target_source);
-    for (Candidate& candidate : result.candidates)
-      candidate.T_target_source = toFiles(candidate.T_target_source);
-    // A motion (w, v) about the file's origin is (w, v + w x offset) about the offset.
-    Eigen::Matrix<double, 6, 6> shift = Eigen::Matrix<double, 6, 6>::Identity();
-    shift.bottomLeftCorner<3, 3>() << 0, target_.z(), -target_.y(), -target_.z(), 0, target_.x(), target_.y(),
-        -target_.x(), 0;
-    result.information = shift.transpose() * result.information * shift;
-    return result;
-  }
-
-private:
-  Eigen::Vector3d source_;
-  Eigen::Vector3d target_;
-};
-
 /// What ssfr found, in file coordinates, and what it takes to score other poses.
 struct SsfrRun {
   Result result;
   PreparedScan source;
   PreparedScan target;
-  Frames frames;
+  FileFrames frames;
 };
 
 SsfrRun
@@ -92,7 +55,7 @@ runSsfr(const io::LoadedCloud& source,
         const Options& options,
         const std::optional<Eigen::Isometry3d>& guess)
 {
-  const Frames frames(source.offset, target.offset);
+  const FileFrames frames(source.offset, target.offset);
   std::optional<Eigen::Isometry3d> cloud_guess;
   if (guess)
     cloud_guess = frames.toClouds(*guess);
@@ -296,7 +259,7 @@ runPcl(const Method& method,
     seconds = secondsSince(start);
     return result;
   }
-  const Frames frames(source.offset + pair.source_origin, target.offset + pair.target_origin);
+  const FileFrames frames(source.offset + pair.source_origin, target.offset + pair.target_origin);
   Eigen::Isometry3d cloud_start = Eigen::Isometry3d::Identity(); // a global method starts nowhere
   if (method.kind == MethodKind::Refiner)
     cloud_start = frames.toClouds(ssfr ? ssfr->T_target_source : guess.value_or(Eigen::Isometry3d::Identity()));

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#pragma once
+
+#include <pcl_ssfr/options.h>
+
+#include <pybind11/pybind11.h>
+
+namespace pcl_ssfr {
+namespace python {
+
+/** \brief Options from keywords by the names of the library; angles in degrees, as on the outside of all programs.
+ *
+ * The names are those of keywordsOf(), and "numbers": a dict of the tuned numbers of the default profile by their names
+ * (numberNames()) and of the fields of PatchOptions ("patches.thickness").
+ * \param[in] keywords needs the interpreter
+ * \param[in] base what is not named; replaced by that of the profile where one is named
+ * \throw std::invalid_argument that names the keyword and its value; of the library where the value is out of range
+ */
+Options
+optionsFrom(const pybind11::dict& keywords, const Options& base);
+
+/// The options as keywords, but "numbers".
+pybind11::dict
+keywordsOf(const Options& options);
+
+/// The names of all entries of "numbers".
+pybind11::list
+numberKeywords();
+
+} // namespace python
+} // namespace pcl_ssfr
