@@ -38,7 +38,6 @@ const std::vector<double> kFactors = {0.5, 1.7};
 const std::map<std::string, std::string> kFlat = {
     {"preparation.viewpoint.levels[1].places", "so many that the best is among them anyway"},
     {"search.little_overlap.promising", "0: one batch"},
-    {"refinement.explored_deviation", "poses are known well or not at all"},
     {"judgement.uncertainty.min_translation",
      "directions are determined well or not at all; see test_pose_uncertainty"},
     {"judgement.uncertainty.max_rotation", "the same"},

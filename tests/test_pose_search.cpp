@@ -152,7 +152,7 @@ TEST_F(PoseSearch, LittleOverlapKeepsWhatHasMoreVotesForItThanWeightedOnesAgains
   EXPECT_THAT(found[0].T_target_source, testing::IsPoseNear(truth_, 1e-9, 0.2));
   for (std::size_t i = 0; i < found.size(); ++i) {
     EXPECT_GT(found[i].score, 0);
-    EXPECT_GE(found[i].votes, 0.05 * static_cast<double>(source_.votes.points.cols()));
+    EXPECT_GE(found[i].votes, options.config.least_votes * static_cast<double>(source_.votes.points.cols()));
     EXPECT_TRUE(i == 0 || found[i - 1].score >= found[i].score);
   }
   // Without free space nothing is against a pose.
