@@ -210,7 +210,7 @@ TEST_F(Room, theEquationsOfALinkFollowItsConfigurationButNoVertical)
   MultiwayOptions options;
   const auto prepared = prepareScans(view(0), view(1), options.registration);
   const Eigen::Isometry3d T = truth_[1].inverse() * truth_[0];
-  const auto equations = [&] { return equationsAt(prepared.first, prepared.second, T, options, 0.01); };
+  const auto equations = [&] { return equationsAt(prepared.first, prepared.second, T, options); };
   double& share = options.registration.patch_profile.judgement.uncertainty.unseen_curvature;
   const SurfaceEquations usual = equations();
   ASSERT_GT(usual.matches, 100);

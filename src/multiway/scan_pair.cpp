@@ -229,9 +229,9 @@ patchGradientsAt(const PreparedScan& source,
                  const MultiwayOptions& options,
                  bool of_source)
 {
-  const Options pair_options = pairOptions(options);
-  const PatchPair pair(patchesOf(source), patchesOf(target), pair_options, nullptr, Deadline());
-  const PatchIndex::Tolerance tolerance = stepOptions(pair).match;
+  const OptionedPair optioned(source, target, options);
+  const PatchPair& pair = optioned.pair;
+  const PatchIndex::Tolerance tolerance = pair.lastStep().match;
   const Eigen::Isometry3d T = pair.toInner(T_target_source);
   const auto count = [](const PatchScan& scan) { return static_cast<std::size_t>(scan.patches.size()); };
   const std::size_t sources = count(pair.source()), targets = count(pair.target());
@@ -255,7 +255,7 @@ patchGradientsAt(const PreparedScan& source,
   };
   add(pair.source(), pair.target(), T, true);
   add(pair.target(), pair.source(), T.inverse(), false);
-  const Matrix6 a = shifted(pair.target().origin);
+  const Matrix6 a = aboutOrigin(pair.target().origin);
   const std::size_t first = of_source ? 0 : sources;
   const auto columns = static_cast<Eigen::Index>(of_source ? sources : targets);
   PatchGradients result{PatchGradients::Columns(6, columns), PatchGradients::Columns(6, columns)};

@@ -86,6 +86,14 @@ isDecided(const PatchPair& pair, const std::vector<ScoredPose>& poses)
   return computePosterior(poses, pair.posteriorConfig()).none <= 1 - pair.config().judgement.decided;
 }
 
+/// Whether the matches of the most probable pose, polished, determine all of it: else it may be next to a better one
+/// that was not proposed yet.
+bool
+isDetermined(const PatchPair& pair, const ScoredPose& best)
+{
+  return unobservableDirections(uncertaintyOf(pair, best), pair.config().judgement.uncertainty).empty();
+}
+
 /// The result of a search that ended with some poses, most probable first.
 Result
 conclude(Result result, const PatchPair& pair, const HypothesisSource& source, const std::vector<ScoredPose>& poses)
@@ -170,10 +178,10 @@ registerPatchScans(const PatchScan& source,
     poses = refineAndMerge(pair, *batch, poses, stages);
     if (!isDecided(pair, poses) && !pair.outOfTime())
       continue;
-    // Polished, a pose may turn out not to be as good as it seemed: a reason to look further.
+    // Polished, a pose may turn out not to be as good as it seemed, or to be open: a reason to look further.
     if (!poses.empty())
       poses = polishLeaders(pair, std::move(poses), stages);
-    if (isDecided(pair, poses) || pair.outOfTime())
+    if ((isDecided(pair, poses) && isDetermined(pair, poses.front())) || pair.outOfTime())
       break;
   }
   if (poses.empty())
