@@ -197,6 +197,7 @@ bindCandidates(py::module_& module)
       .def_readonly("score", &Candidate::score, "Evidence for the pose less that against it.")
       .def_readonly("overlap", &Candidate::overlap, "Share of the surface that met its counterpart, [0, 1].")
       .def_readonly("contradiction", &Candidate::contradiction, "Share of the surface in free space, [0, 1].")
+      .def_readonly("rmse", &Candidate::rmse, "As that of the result [m]; 0 where it was not measured.")
       .def_readonly("evidence", &Candidate::evidence, "What the probability is computed from.")
       .def_readonly("from_guess", &Candidate::from_guess, "It is the caller's guess, refined.");
 
@@ -235,6 +236,9 @@ bindResult(py::module_& module)
           "confidence", &Result::confidence, "Estimated probability that the pose is right, [0, 1]; 0 in paper2017.")
       .def_readonly("probability_of_none", &Result::probability_of_none, "That none of the candidates is right.")
       .def_readonly("rmse", &Result::rmse, "Root mean square point-to-plane distance of the matches [m].")
+      .def_readonly("correspondence_distance",
+                    &Result::correspondence_distance,
+                    "Largest distance of a correspondence that suits a refiner from this pose [m]; 0: not judged.")
       .def_property_readonly(
           "information",
           [](const Result& r) { return rowMajor(r.information); },

@@ -133,8 +133,10 @@ TEST_P(LevelRings, WhatIsClaimedOfTheTiltIsTrue)
   const PairOutcome free = registerPosedScans(scans[1], scans[0]);
   EXPECT_TRUE(free.honest()) << describe(free.result);
   const Eigen::Isometry3d truth = scans[0].T_world_scan.inverse() * scans[1].T_world_scan;
-  const Eigen::Matrix3d error = free.result.T_target_source.linear() * truth.linear().transpose();
-  EXPECT_LT(Eigen::AngleAxisd(error).angle(), 3 * deviation(free.result)) << describe(free.result);
+  const auto angleTo = [](const Eigen::Isometry3d& T, const Result& result) {
+    return Eigen::AngleAxisd(result.T_target_source.linear() * T.linear().transpose()).angle();
+  };
+  EXPECT_LT(angleTo(truth, free.result), 3 * deviation(free.result)) << describe(free.result);
   EXPECT_GT(deviation(free.result), 0.003); // dense scanners in rooms claim a tenth of that
 
   // Who knows the vertical knows the tilt.
@@ -146,7 +148,12 @@ TEST_P(LevelRings, WhatIsClaimedOfTheTiltIsTrue)
 
   // Not who knows it to 35 degrees only.
   options.gravity->tolerance = 0.6;
-  EXPECT_GT(deviation(registerPosedScans(scans[1], scans[0], options).result), 0.9 * deviation(free.result));
+  const Result roughly = registerPosedScans(scans[1], scans[0], options).result;
+  EXPECT_LT(angleTo(truth, roughly), 3 * deviation(roughly)) << describe(roughly);
+  // Of several optima it may leave another one.
+  if (angleTo(free.result.T_target_source, roughly) < deviation(free.result)) {
+    EXPECT_GT(deviation(roughly), 0.9 * deviation(free.result));
+  }
 }
 
 TEST(LevelRingsOfAWalk, WithAVerticalThatIsADegreeWrong)

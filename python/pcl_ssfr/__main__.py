@@ -79,6 +79,7 @@ def as_json(result: pcl_ssfr.Result, arguments: argparse.Namespace, seconds: flo
         "confidence": result.confidence if judged else None,
         "contradiction": result.contradiction if judged else None,
         "rmse_m": result.rmse,
+        "correspondence_distance_m": result.correspondence_distance if judged else None,
         "time_s": seconds,
         "candidates": [
             {
@@ -87,6 +88,7 @@ def as_json(result: pcl_ssfr.Result, arguments: argparse.Namespace, seconds: flo
                 "score": candidate.score,
                 "overlap": candidate.overlap,
                 "contradiction": candidate.contradiction,
+                "rmse_m": candidate.rmse,
                 "from_guess": candidate.from_guess,
             }
             for candidate in result.candidates
