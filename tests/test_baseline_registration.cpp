@@ -35,7 +35,7 @@ using pcl_ssfr::testing::toCloud;
 
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 
-/// Two coarse scans from nearly the same place, turned by a radian.
+/// Two coarse scans from nearly the same place, rotated by a radian.
 struct CoarseScans {
   ScanWithNormals source, target;
   Eigen::Isometry3d T_target_source;

@@ -366,7 +366,7 @@ TEST_F(Program, tooFewPointsIsNotAligned)
 
 TEST_F(Program, alignsARoomWithOffsetsAndWritesEverything)
 {
-  // The target lies in a map frame, the source was turned: only double arithmetic keeps the millimetres.
+  // The target lies in a map frame, the source was rotated: only double arithmetic keeps the millimetres.
   const Eigen::Isometry3d T_target_room(Eigen::Translation3d(691234.5, 5312345.25, 412.125));
   const Eigen::Isometry3d T_source_room =
       Eigen::Translation3d(2, -1, 0.5) * Eigen::AngleAxisd(0.6, Eigen::Vector3d(0.1, 0.2, 1).normalized());

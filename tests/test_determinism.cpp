@@ -26,7 +26,7 @@ using pcl_ssfr::testing::ScanPair;
 using Point = pcl::PointXYZ;
 using Registration = StructuredSceneRegistration<Point, Point, double>;
 
-/// Everything that a run tells, as bytes, the times of the stages apart.
+/// Everything that a run returns, as bytes, the times of the stages apart.
 std::vector<double>
 fingerprint(const Registration& registration)
 {

@@ -156,9 +156,9 @@ TEST(FastGlobalPose, AgreesWithSvdOnInliers)
     EXPECT_LE(cost, gemanMcClure(sets, closed_form, mu));
     for (int axis = 0; axis < 3; ++axis) {
       for (const double step : {-1e-4, 1e-4}) {
-        Eigen::Isometry3d turned = pose.T_target_source;
-        turned.prerotate(Eigen::AngleAxisd(step, Eigen::Vector3d::Unit(axis)));
-        EXPECT_LT(cost, gemanMcClure(sets, turned, mu));
+        Eigen::Isometry3d rotated = pose.T_target_source;
+        rotated.prerotate(Eigen::AngleAxisd(step, Eigen::Vector3d::Unit(axis)));
+        EXPECT_LT(cost, gemanMcClure(sets, rotated, mu));
         Eigen::Isometry3d shifted = pose.T_target_source;
         shifted.pretranslate(step * Eigen::Vector3d::Unit(axis));
         EXPECT_LT(cost, gemanMcClure(sets, shifted, mu));

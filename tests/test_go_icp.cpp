@@ -90,7 +90,7 @@ struct Cloud {
   Eigen::Matrix3Xf points;
 };
 
-/// Two scans of the furnished room, the source turned by a random rotation.
+/// Two scans of the furnished room, the source rotated by a random rotation.
 struct RoomPair {
   explicit RoomPair(std::uint64_t seed, int source_station = 0)
   {

@@ -2,7 +2,7 @@
 // Copyright (c) 2026, pcl_ssfr contributors
 
 // The default profile where registration is hard, on simulated scans with exact truth: little overlap, corridors,
-// repetition. Every scan is in a randomly turned frame.
+// repetition. Every scan is in a randomly rotated frame.
 // Each case states how many of its pairs must be solved, and none may be accepted that is wrong, but for level rings.
 
 #include "hard_cases.h"
@@ -158,7 +158,7 @@ TEST_P(LevelRings, WhatIsClaimedOfTheTiltIsTrue)
 
 TEST(LevelRingsOfAWalk, WithAVerticalThatIsADegreeWrong)
 {
-  // What the rings tell of the tilt is a few degrees wrong at times; told the vertical, few answers are.
+  // What the rings show of the tilt is a few degrees wrong at times; given the vertical, few answers are.
   std::size_t pairs = 0, solved_free = 0, solved = 0, wrong = 0;
   std::string failures;
   for (const std::uint64_t seed : {1, 2, 3, 4}) {
@@ -174,18 +174,18 @@ TEST(LevelRingsOfAWalk, WithAVerticalThatIsADegreeWrong)
         gravity.up_source = Eigen::AngleAxisd(0.0175, randomRotation(random).col(0)) *
                             scans[i].T_world_scan.linear().row(2).transpose();
         options.gravity = gravity;
-        const PairOutcome told = registerPosedScans(scans[i], scans[j], options);
+        const PairOutcome with_vertical = registerPosedScans(scans[i], scans[j], options);
         ++pairs;
         solved_free += registerPosedScans(scans[i], scans[j]).right;
-        solved += told.right;
-        wrong += !told.honest();
-        if (!told.honest())
+        solved += with_vertical.right;
+        wrong += !with_vertical.honest();
+        if (!with_vertical.honest())
           failures += "seed " + std::to_string(seed) + ", " + std::to_string(i) + " onto " + std::to_string(j) + ": " +
-                      describe(told.result) + '\n';
+                      describe(with_vertical.result) + '\n';
       }
   }
   std::printf(
-      "pairs %zu; right %zu, with the vertical %zu, wrong and believed %zu\n", pairs, solved_free, solved, wrong);
+      "pairs %zu; right %zu, with the vertical %zu, wrong and accepted %zu\n", pairs, solved_free, solved, wrong);
   EXPECT_GE(solved, solved_free);
   EXPECT_LE(wrong, pairs / 20) << failures;
 }
@@ -238,7 +238,7 @@ TEST(Repetition, CandidatesAreDistinctAndBestFirst)
 
 TEST(Repetition, RoundHallIsNeverBelievedAtTheWrongTurn)
 {
-  // Columns in a ring: a tenth of a turn away the hall looks nearly the same, and its wall tells no rotation.
+  // Columns in a ring: a tenth of a turn away the hall looks nearly the same, and its wall shows no rotation.
   Tally tally;
   for (const std::uint64_t seed : {1, 2, 3})
     addAllPairs(tally, takeScans(planScans("cylinder_hall", "leica_p20", 4, 40000, seed)), seed);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
-// Hard cases on real scans with ground truth (CMake: PCL_SSFR_TEST_DATA_DIR). Every source is turned by a seeded
+// Hard cases on real scans with ground truth (CMake: PCL_SSFR_TEST_DATA_DIR). Every source is rotated by a seeded
 // random rotation about its sensor first. A row names pairs and how many of them may be missed; nothing wrong may be
 // accepted.
 
@@ -31,11 +31,11 @@ using namespace pcl_ssfr::testing;
 namespace fs = std::filesystem;
 
 PosedScan
-loadScan(const std::string& file, const apps::Degradation& spoil)
+loadScan(const std::string& file, const apps::Degradation& degradation)
 {
   constexpr std::uint64_t kSeed = 1;
   PosedScan scan;
-  scan.points = toColumns(*apps::degraded(*loadPoints(file), spoil, kSeed));
+  scan.points = toColumns(*apps::degraded(*loadPoints(file), degradation, kSeed));
   return scan;
 }
 
@@ -56,52 +56,52 @@ operator<<(std::ostream& out, const Row& row)
   return out << row.what << ", " << row.folder;
 }
 
-/// Registers some rows of pairs with turned sources: nothing wrong may be accepted, and all but \p may_fail must be
+/// Registers some rows of pairs with rotated sources: nothing wrong may be accepted, and all but \p may_fail must be
 /// solved and accepted.
 void
 expectSolved(const std::string& folder,
              const std::vector<io::ScanPair>& pairs,
              const std::vector<std::size_t>& rows,
              std::size_t may_fail,
-             const apps::Degradation& spoil_source = {},
-             const apps::Degradation& spoil_target = {},
+             const apps::Degradation& source_degradation = {},
+             const apps::Degradation& target_degradation = {},
              std::uint64_t turns = 1000)
 {
-  std::size_t believed = 0;
+  std::size_t accepted = 0;
   std::string failures;
   for (const std::size_t number : rows) {
     const io::ScanPair& pair = pairs.at(number);
-    PosedScan source = loadScan(io::scanPath(folder, pair.source), spoil_source);
-    const PosedScan target = loadScan(io::scanPath(folder, pair.target), spoil_target);
+    PosedScan source = loadScan(io::scanPath(folder, pair.source), source_degradation);
+    const PosedScan target = loadScan(io::scanPath(folder, pair.target), target_degradation);
     Random random(turns + number);
     Eigen::Isometry3d turn = Eigen::Isometry3d::Identity();
     turn.linear() = randomRotation(random);
     source.points = transformed(turn, source.points);
     source.T_world_scan = pair.T_target_source * turn.inverse();
     const PairOutcome outcome = registerPosedScans(source, target);
-    believed += outcome.right && outcome.result.accepted();
+    accepted += outcome.right && outcome.result.accepted();
     const std::string name = "pair " + std::to_string(number) + ", " + pair.source + " onto " + pair.target + ": ";
     EXPECT_TRUE(outcome.honest()) << name << describe(outcome.result);
     if (!outcome.right || !outcome.result.accepted())
       failures += name + (outcome.right ? "right: " : "not right: ") + describe(outcome.result) + '\n';
   }
-  EXPECT_GE(believed + may_fail, rows.size()) << failures;
+  EXPECT_GE(accepted + may_fail, rows.size()) << failures;
 }
 
 apps::Degradation
 every(std::size_t k)
 {
-  apps::Degradation spoil;
-  spoil.every = k;
-  return spoil;
+  apps::Degradation degradation;
+  degradation.every = k;
+  return degradation;
 }
 
 apps::Degradation
 nearest(double share)
 {
-  apps::Degradation spoil;
-  spoil.nearest = share;
-  return spoil;
+  apps::Degradation degradation;
+  degradation.nearest = share;
+  return degradation;
 }
 
 class HardRealPairs : public ::testing::TestWithParam<Row> {};
@@ -176,7 +176,7 @@ TEST(SecondPass, PosesOfBothAreDistinctForAnyNumberOfThreads)
 
 TEST(DifferentPlaces, AreNotBelieved)
 {
-  // A street laid on a car park so that 3 % of the surface met, with nothing against it, was believed once.
+  // A street laid on a car park so that 3 % of the surface met, with nothing against it, was accepted once.
   if (realScansFolder().empty())
     GTEST_SKIP() << kNoRealScans;
   const fs::path shared = realScansFolder();
@@ -204,9 +204,9 @@ TEST(DifferentPlaces, AreNotBelieved)
       Eigen::Isometry3d turn = Eigen::Isometry3d::Identity();
       if (seed > 0)
         turn.linear() = randomRotation(random);
-      PosedScan turned = source;
-      turned.points = transformed(turn, source.points);
-      const PairOutcome outcome = registerPosedScans(turned, target);
+      PosedScan rotated = source;
+      rotated.points = transformed(turn, source.points);
+      const PairOutcome outcome = registerPosedScans(rotated, target);
       EXPECT_FALSE(outcome.result.accepted())
           << source_name << " onto " << target_name << ", turn " << seed << ": " << describe(outcome.result);
       EXPECT_LT(outcome.result.confidence, 0.6) << source_name << " onto " << target_name << ", turn " << seed;
@@ -232,7 +232,7 @@ INSTANTIATE_TEST_SUITE_P(
                       Row{"ten times coarser source", "parking_tls", {0, 6, 10, 26}, 0, every(10), {}},
                       Row{"ten times coarser target", "parking_tls", {0, 6, 10, 26}, 0, {}, every(10)},
                       Row{"ten times coarser source", "eth_facade", {0, 10, 20}, 0, every(10), {}},
-                      // Two of these were believed before confidence fell with contradictions and rivals: 29 % overlap
+                      // Two of these were accepted before confidence fell with contradictions and rivals: 29 % overlap
                       // with 3 % of it contradicted, and 15 % with a rival at 94 %.
                       Row{"ten times coarser target", "eth_facade", {0, 10, 20}, 2, {}, every(10)},
                       Row{"ten times coarser source", "room_pair_pcl", {0}, 0, every(10), {}},

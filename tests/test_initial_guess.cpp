@@ -52,7 +52,7 @@ struct Case {
   std::string real_set; ///< folder of real scans; empty: the simulated ones in data/
   std::string source;
   std::string target;
-  std::uint64_t seed; ///< of the rotation that the source is turned by about its sensor
+  std::uint64_t seed; ///< of the rotation that the source is rotated by about its sensor
 };
 
 std::ostream&

@@ -237,7 +237,7 @@ TEST_F(VariedPair, TruthAndSensorFollowEachMotion)
   const PairInput away = loadPair(request(variation));
   EXPECT_LT(misfit(away), 1e-4);
   EXPECT_NEAR(away.reference.norm(), 50, 1e-6);
-  EXPECT_FALSE(away.source.viewpoint); // nobody is told
+  EXPECT_FALSE(away.source.viewpoint); // nobody knows
   EXPECT_FALSE(away.target.viewpoint);
   for (const io::LoadedCloud* cloud : {&away.source, &away.target})
     EXPECT_GT(cloud->points->front().getVector3fMap().norm(), 40);

@@ -44,7 +44,7 @@ makeRoomPair(double step)
   Eigen::Isometry3d source_pose = testing::sensorPose(room.stations[1], 0);
   source_pose.linear() = testing::randomRotation(random);
   const Eigen::Isometry3d target_pose = testing::sensorPose(room.stations[0], 0.4);
-  // A full sphere of directions: what a turned sensor sees does not depend on how it is turned.
+  // A full sphere of directions: what a rotated sensor sees does not depend on how it is rotated.
   testing::SensorPattern pattern = testing::roomScanner(step);
   pattern.elevation_min = -90 * kDegree;
   pattern.elevation_max = 90 * kDegree;
@@ -55,7 +55,7 @@ makeRoomPair(double step)
   return pair;
 }
 
-/// Two scans of one furnished room, the source turned freely.
+/// Two scans of one furnished room, the source rotated freely.
 const ScanPair&
 roomPair()
 {

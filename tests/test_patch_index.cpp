@@ -114,9 +114,9 @@ TEST(PatchIndex, ByHand)
   either.either_side = true;
   EXPECT_EQ(index.find(Eigen::Vector3f(1, 0, 0), -facing, either), 0);
   // The angle between the normals, on both sides of its bound.
-  const auto turned = [](float angle) { return Eigen::Vector3f(std::cos(angle), std::sin(angle), 0); };
-  EXPECT_EQ(index.find(Eigen::Vector3f(1, 0, 0), turned(std::acos(t.min_cos) - 0.01f), t), 0);
-  EXPECT_EQ(index.find(Eigen::Vector3f(1, 0, 0), turned(std::acos(t.min_cos) + 0.01f), t), -1);
+  const auto rotated = [](float angle) { return Eigen::Vector3f(std::cos(angle), std::sin(angle), 0); };
+  EXPECT_EQ(index.find(Eigen::Vector3f(1, 0, 0), rotated(std::acos(t.min_cos) - 0.01f), t), 0);
+  EXPECT_EQ(index.find(Eigen::Vector3f(1, 0, 0), rotated(std::acos(t.min_cos) + 0.01f), t), -1);
   // Masks.
   const auto sees = [&](const Eigen::Vector3f& p, const Eigen::Vector3f& n) {
     return (index.mask(p) >> directionClass(n) & 1) != 0;

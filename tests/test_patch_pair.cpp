@@ -92,8 +92,8 @@ TEST_F(PatchPairOfARoom, AGuessBoundsThePoseOnlyWithItsTolerance)
   EXPECT_THAT(*scans.priors().guess(), IsPoseNear(scans.toInner(guess), 1e-9, 1e-9));
   EXPECT_TRUE(scans.priors().allow(scans.toInner(truth_), Exactness::Refined));
   // A rotation about the source's sensor does not move it, wherever the middle of its points lies.
-  const Eigen::Isometry3d turned = guess * motion(Eigen::Vector3d::UnitZ(), 0.09, Eigen::Vector3d::Zero());
-  EXPECT_TRUE(scans.priors().allow(scans.toInner(turned), Exactness::Refined));
+  const Eigen::Isometry3d rotated = guess * motion(Eigen::Vector3d::UnitZ(), 0.09, Eigen::Vector3d::Zero());
+  EXPECT_TRUE(scans.priors().allow(scans.toInner(rotated), Exactness::Refined));
   const Eigen::Isometry3d shifted = guess * motion(Eigen::Vector3d::UnitZ(), 0, Eigen::Vector3d(0, 0.6, 0));
   EXPECT_FALSE(scans.priors().allow(scans.toInner(shifted), Exactness::Refined));
 }
@@ -199,18 +199,18 @@ TEST_F(PatchPairOfARoom, MovesUnlessThatExplainsLess)
 {
   const PatchPair scans = pair(options_);
   const Eigen::Isometry3d truth = scans.toInner(truth_);
-  const Eigen::Isometry3d beside = motion(Eigen::Vector3d::UnitX(), 0, Eigen::Vector3d(0.15, 0.1, 0.1)) * truth;
-  ScoredPose pose = at(beside);
+  const Eigen::Isometry3d nearby = motion(Eigen::Vector3d::UnitX(), 0, Eigen::Vector3d(0.15, 0.1, 0.1)) * truth;
+  ScoredPose pose = at(nearby);
   scans.scoreFine(pose);
   const double before = pose.score;
   scans.polish(pose);
-  pose.T_target_source = beside;
+  pose.T_target_source = nearby;
   EXPECT_TRUE(scans.moveUnlessWorse(pose, truth));
   EXPECT_FALSE(pose.polish); // it was of another place
   EXPECT_GT(pose.score, before);
   EXPECT_EQ(pose.T_target_source.matrix(), truth.matrix());
   const double best = pose.score;
-  EXPECT_FALSE(scans.moveUnlessWorse(pose, beside));
+  EXPECT_FALSE(scans.moveUnlessWorse(pose, nearby));
   EXPECT_EQ(pose.T_target_source.matrix(), truth.matrix());
   EXPECT_EQ(pose.score, best);
 }
@@ -219,14 +219,14 @@ TEST_F(PatchPairOfARoom, TheSamePlaceIsNearInRotationAndInTranslationOfTheSensor
 {
   const PatchPair scans = pair(options_);
   const Eigen::Isometry3d T = scans.toInner(truth_);
-  const auto turned = [&](double angle, double shift) {
+  const auto rotated = [&](double angle, double shift) {
     const Eigen::Vector3d sensor = T * source_->viewpoint;
     return Eigen::Isometry3d(Eigen::Translation3d(sensor + Eigen::Vector3d(0, shift, 0)) *
                              Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitX()) * Eigen::Translation3d(-sensor) * T);
   };
-  EXPECT_TRUE(scans.isSamePlace(T, turned(0.049, 0.29 * scans.scale())));
-  EXPECT_FALSE(scans.isSamePlace(T, turned(0.051, 0)));
-  EXPECT_FALSE(scans.isSamePlace(T, turned(0, 0.31 * scans.scale())));
+  EXPECT_TRUE(scans.isSamePlace(T, rotated(0.049, 0.29 * scans.scale())));
+  EXPECT_FALSE(scans.isSamePlace(T, rotated(0.051, 0)));
+  EXPECT_FALSE(scans.isSamePlace(T, rotated(0, 0.31 * scans.scale())));
 }
 
 TEST_F(PatchPairOfARoom, FreeSpaceNeedsBothSensors)
@@ -272,9 +272,9 @@ TEST_F(PatchPairOfARoom, APoseThatPutsSensorOnSensorIsLessProbableBeforehand)
   PatchScan blind = *source_;
   blind.range_image = RangeImage();
   const PatchPair scans = pair(options), unseen(blind, *target_, options, nullptr, Deadline());
-  const auto log_prior = [](const PatchPair& of, const Eigen::Vector3d& beside) {
+  const auto log_prior = [](const PatchPair& of, const Eigen::Vector3d& offset) {
     // Any rotation about the target's sensor.
-    ScoredPose pose = at(Eigen::Translation3d(of.target().viewpoint + beside) *
+    ScoredPose pose = at(Eigen::Translation3d(of.target().viewpoint + offset) *
                          Eigen::AngleAxisd(1.3, Eigen::Vector3d(1, 2, 3).normalized()) *
                          Eigen::Translation3d(-of.source().viewpoint));
     of.scoreFine(pose);

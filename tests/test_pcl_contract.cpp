@@ -717,7 +717,7 @@ TEST_F(StructuredScene, TooFewPointsSaySo)
 
 TEST_F(StructuredScene, OnlyTheIndexedPointsAreUsedAndReturned)
 {
-  // The room and, in the same cloud but not indexed, other places that would spoil everything.
+  // The room and, in the same cloud but not indexed, other places that would mislead.
   const auto& pair = roomPair<Point>(false);
   const auto source = copyOf(*pair.source);
   *source += *movedBy(motion(1.0, Eigen::Vector3d(3, 1, 0)), *pair.source);
@@ -1117,7 +1117,7 @@ TEST_F(StructuredScene, SettingsWithoutEffectAreReportedOnce)
 
 TEST_F(StructuredScene, ViewpointIsTheSensorOriginOfTheCloud)
 {
-  // The clouds in frames that are not the sensor's, and PCL told where the sensor is.
+  // The clouds in frames that are not the sensor's, and PCL knowing where the sensor is.
   const auto& pair = roomPair<Point>(false);
   const Eigen::Isometry3d S = motion(0.7, Eigen::Vector3d(12, -7, 3));
   const Eigen::Isometry3d D = motion(-1.1, Eigen::Vector3d(-5, 4, 8));

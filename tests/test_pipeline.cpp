@@ -191,7 +191,7 @@ TEST(Honest, aSymmetricRoomIsAmbiguousAndBothAnswersAreListed)
   EXPECT_EQ(result.confidence, result.candidates[0].probability);
   EXPECT_LT(result.candidates[0].probability, 2 * result.candidates[1].probability);
   EXPECT_GT(result.candidates[0].probability + result.candidates[1].probability, 0.9);
-  // Turned by half a turn about the room's middle, the sensor comes to lie elsewhere.
+  // Rotated by half a turn about the room's middle, the sensor comes to lie elsewhere.
   EXPECT_THAT(result.message, ::testing::HasSubstr("the strongest rival lies "));
   EXPECT_THAT(result.message, ::testing::HasSubstr(" m and 180.0 degrees away"));
   ASSERT_GE(result.candidates.size(), 2u);

@@ -107,20 +107,20 @@ TEST(PosePriors, NearTheGuessInRotationAndInTranslationOfThePlace)
         withTolerance(0.1, 2), guess, kPlace, kRadius, scaledForPair(PatchProfileConfig(), scale, 1));
     ASSERT_TRUE(priors.guess());
     EXPECT_TRUE(priors.guess()->isApprox(guess));
-    const auto beside = [&](double angle, double distance) {
+    const auto nearby = [&](double angle, double distance) {
       return Eigen::Isometry3d(guess * poseAbout(kPlace,
                                                  rotationAbout(testing::randomRotation(random).col(0), angle),
                                                  distance * testing::randomRotation(random).col(0)));
     };
     for (int trial = 0; trial < 20; ++trial) {
-      EXPECT_TRUE(priors.allow(beside(0.109, 1.99), Exactness::Refined));
-      EXPECT_FALSE(priors.allow(beside(0.111, 1.99), Exactness::Refined));
-      EXPECT_FALSE(priors.allow(beside(0.09, 2.01), Exactness::Refined));
+      EXPECT_TRUE(priors.allow(nearby(0.109, 1.99), Exactness::Refined));
+      EXPECT_FALSE(priors.allow(nearby(0.111, 1.99), Exactness::Refined));
+      EXPECT_FALSE(priors.allow(nearby(0.09, 2.01), Exactness::Refined));
       // Proposed poses are refined by up to 0.3 m at scale 1.
-      EXPECT_TRUE(priors.allow(beside(0.219, 1.99 + 0.3 * scale), Exactness::Proposed));
-      EXPECT_FALSE(priors.allow(beside(0.221, 1.99), Exactness::Proposed));
-      EXPECT_FALSE(priors.allow(beside(0.09, 2.01 + 0.3 * scale), Exactness::Proposed));
-      EXPECT_TRUE(priors.allow(Eigen::Matrix3d(beside(0.109, 50).linear()), Exactness::Refined)); // of rotations only
+      EXPECT_TRUE(priors.allow(nearby(0.219, 1.99 + 0.3 * scale), Exactness::Proposed));
+      EXPECT_FALSE(priors.allow(nearby(0.221, 1.99), Exactness::Proposed));
+      EXPECT_FALSE(priors.allow(nearby(0.09, 2.01 + 0.3 * scale), Exactness::Proposed));
+      EXPECT_TRUE(priors.allow(Eigen::Matrix3d(nearby(0.109, 50).linear()), Exactness::Refined)); // of rotations only
     }
   }
 }

@@ -28,7 +28,7 @@ normals(const std::vector<Eigen::Vector3d>& directions)
   return main_normals;
 }
 
-/// The six directions of a room, turned by \p R.
+/// The six directions of a room, rotated by \p R.
 std::vector<MainNormal>
 roomNormals(const Eigen::Matrix3d& R)
 {
@@ -84,9 +84,9 @@ TEST_F(PoseSearch, AWrongRotationScoresLess)
   const Eigen::Matrix3d quarter =
       Eigen::AngleAxisd(std::acos(-1.0) / 2, T_world_target_.linear().transpose() * Eigen::Vector3d::UnitZ())
           .toRotationMatrix();
-  const auto turned = search(quarter * truth_.linear(), PoseSearchOptions());
-  ASSERT_FALSE(turned.empty());
-  EXPECT_LT(turned[0].score, best - 0.1);
+  const auto rotated = search(quarter * truth_.linear(), PoseSearchOptions());
+  ASSERT_FALSE(rotated.empty());
+  EXPECT_LT(rotated[0].score, best - 0.1);
 }
 
 TEST_F(PoseSearch, ResultsAreDistinctSortedAndBounded)
@@ -288,15 +288,15 @@ TEST(DrawVotingSamples, EveryDirectionIsHeard)
   samples.weights = samples.extents = Eigen::VectorXd::Ones(101);
   const VotingSamples votes =
       drawVotingSamples(samples, normals({Eigen::Vector3d::UnitZ(), Eigen::Vector3d::UnitX()}), 30);
-  Eigen::Vector3i heard = Eigen::Vector3i::Zero();
+  Eigen::Vector3i voters = Eigen::Vector3i::Zero();
   for (Eigen::Index i = 0; i < votes.points.cols(); ++i) {
     const Eigen::Vector3f n = votes.normals.col(i);
-    ++heard[n.z() > 0.9f ? 0 : n.x() > 0.9f ? 1 : 2];
+    ++voters[n.z() > 0.9f ? 0 : n.x() > 0.9f ? 1 : 2];
   }
   // Shares of sqrt(90), sqrt(10) and 1 of 30.
-  EXPECT_NEAR(heard[0], 21, 1);
-  EXPECT_NEAR(heard[1], 7, 1);
-  EXPECT_EQ(heard[2], 1); // 2 wanted, there is one
+  EXPECT_NEAR(voters[0], 21, 1);
+  EXPECT_NEAR(voters[1], 7, 1);
+  EXPECT_EQ(voters[2], 1); // 2 wanted, there is one
 }
 
 TEST(DrawVotingSamples, DrawsMembersOnceAndMoreOftenTheLargeOnes)

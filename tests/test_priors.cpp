@@ -47,7 +47,7 @@ struct Work {
 struct Comparison {
   std::size_t pairs = 0;
   Work free_work, work;                          ///< without, and with the prior
-  std::size_t free_believed = 0, believed = 0;   ///< right and accepted
+  std::size_t free_accepted = 0, accepted = 0;   ///< right and accepted
   std::size_t free_dishonest = 0, dishonest = 0; ///< accepted and not right
   std::string failures;                          ///< a line for each pair that is not right with the prior
 
@@ -63,8 +63,8 @@ struct Comparison {
     ++pairs;
     free_work.add(free.result);
     work.add(known.result);
-    free_believed += free.right && free.result.accepted();
-    believed += known.right && known.result.accepted();
+    free_accepted += free.right && free.result.accepted();
+    accepted += known.right && known.result.accepted();
     free_dishonest += !free.honest();
     dishonest += !known.honest();
     if (!known.right)
@@ -79,8 +79,8 @@ struct Comparison {
         "those without\n",
         name.c_str(),
         pairs,
-        free_believed,
-        believed,
+        free_accepted,
+        accepted,
         static_cast<double>(work.rotations) / static_cast<double>(free_work.rotations),
         static_cast<double>(work.poses) / static_cast<double>(free_work.poses),
         work.seconds / free_work.seconds);
@@ -103,16 +103,16 @@ verticalOf(const PosedScan& source, const PosedScan& target)
   return gravity;
 }
 
-/// A pose so far from another: turned about a random axis, moved in a random direction.
+/// A pose so far from another: rotated about a random axis, moved in a random direction.
 Eigen::Isometry3d
 besides(const Eigen::Isometry3d& T, double angle, double distance, std::uint64_t seed)
 {
   Random random(seed);
   const Eigen::Vector3d axis = randomRotation(random).col(0);
   const Eigen::Vector3d direction = randomRotation(random).col(0);
-  Eigen::Isometry3d beside = T * Eigen::AngleAxisd(angle, axis);
-  beside.translation() += distance * direction;
-  return beside;
+  Eigen::Isometry3d nearby = T * Eigen::AngleAxisd(angle, axis);
+  nearby.translation() += distance * direction;
+  return nearby;
 }
 
 // ---------------------------------------------------------------------------------------------------------------------
@@ -145,7 +145,7 @@ TEST_P(Gravity, TakesLessWorkAndSolvesNoFewer)
     }
   }
   all.print(place.scene);
-  EXPECT_GE(all.believed, all.free_believed) << all.failures;
+  EXPECT_GE(all.accepted, all.free_accepted) << all.failures;
   EXPECT_LT(all.work.rotations, all.free_work.rotations);
   // Level rings of few points in rooms leave the tilt to a few degrees (README, Limits).
   EXPECT_LE(all.dishonest, all.free_dishonest) << all.failures;
@@ -210,7 +210,7 @@ TEST(Guess, WithAToleranceIsSurerAndTakesLessWork)
   }
   all.print("office_floor, with a guess");
   EXPECT_EQ(all.dishonest, 0U) << all.failures;
-  EXPECT_GE(all.believed, all.free_believed) << all.failures;
+  EXPECT_GE(all.accepted, all.free_accepted) << all.failures;
   EXPECT_LT(2 * all.work.rotations, all.free_work.rotations);
   EXPECT_LT(all.work.poses, all.free_work.poses);
 }
@@ -258,7 +258,7 @@ TEST(Guess, NoPolishPassesItsTolerance)
 // ---------------------------------------------------------------------------------------------------------------------
 // Few planes
 
-/// A scan from a place, given in a randomly turned frame.
+/// A scan from a place, given in a randomly rotated frame.
 PosedScan
 scanFrom(const Scene& scene, const Eigen::Isometry3d& T_world_sensor, std::uint64_t seed)
 {
@@ -317,7 +317,7 @@ wood(std::uint64_t seed)
   return scene;
 }
 
-/// Registered, or the reason told; never a wrong pose with confidence.
+/// Registered, or the reason given; never a wrong pose with confidence.
 void
 expectHonest(const PosedScan& source, const PosedScan& target, const Options& options)
 {
@@ -339,19 +339,19 @@ expectHonest(const PosedScan& source, const PosedScan& target, const Options& op
 TEST(WeakStructure, OneWallWithClutterIsRegistered)
 {
   // The planes tell one direction; the things before the wall tell the rest.
-  std::size_t believed = 0;
+  std::size_t accepted = 0;
   std::string failures;
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
     const auto [source, target] = twoScans(wallWithClutter(seed), seed);
     expectHonest(source, target, defaultOptions());
     const PairOutcome outcome = registerPosedScans(source, target);
-    believed += outcome.right && outcome.result.accepted();
+    accepted += outcome.right && outcome.result.accepted();
     failures += describe(outcome.result) + '\n';
     Options upright = defaultOptions();
     upright.gravity = verticalOf(source, target);
     expectHonest(source, target, upright);
   }
-  EXPECT_GE(believed, 2U) << failures;
+  EXPECT_GE(accepted, 2U) << failures;
 }
 
 TEST(WeakStructure, Wood)
@@ -367,7 +367,7 @@ TEST(WeakStructure, Wood)
 
 TEST(WeakStructure, CaveIsRegistered)
 {
-  std::size_t pairs = 0, believed = 0;
+  std::size_t pairs = 0, accepted = 0;
   std::string failures;
   for (const char* sensor : {"leica_p20", "velodyne_vlp16"})
     for (const std::uint64_t seed : {1, 2}) {
@@ -375,14 +375,14 @@ TEST(WeakStructure, CaveIsRegistered)
       for (std::size_t i = 1; i < scans.size(); ++i) {
         const PairOutcome outcome = registerPosedScans(scans[i], scans[i - 1]);
         ++pairs;
-        believed += outcome.right && outcome.result.accepted();
+        accepted += outcome.right && outcome.result.accepted();
         EXPECT_TRUE(outcome.honest()) << describe(outcome.result);
         if (!outcome.right)
           failures += describe(outcome.result) + '\n';
       }
     }
   ASSERT_EQ(pairs, 4u);
-  EXPECT_EQ(believed, pairs) << failures;
+  EXPECT_EQ(accepted, pairs) << failures;
 }
 
 } // namespace

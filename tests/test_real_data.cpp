@@ -3,7 +3,7 @@
 
 // Real scans with ground truth (CMake: PCL_SSFR_TEST_DATA_DIR): a row a set with the least number of pairs that must
 // be solved. To update a row, run scripts/success_table and raise the number; never lower it without a reason in the
-// changelog. Every source is turned by a seeded random rotation about its sensor first.
+// changelog. Every source is rotated by a seeded random rotation about its sensor first.
 
 #include "pose_matchers.h"
 #include "real_scans.h"

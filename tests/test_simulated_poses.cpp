@@ -163,12 +163,12 @@ TEST_P(SimulatedPoses, areFoundInThePoints)
   EXPECT_LT(poseError(from_truth.T_target_source, truth).translation, kAllowed);
 
   // From millimetres beside it the same: the points hold the ICP there, not the start.
-  const Eigen::Isometry3d beside = truth * Eigen::Translation3d(1e-3, -1.5e-3, 1e-3) *
+  const Eigen::Isometry3d nearby = truth * Eigen::Translation3d(1e-3, -1.5e-3, 1e-3) *
                                    Eigen::AngleAxisd(5e-4, Eigen::Vector3d(1, -2, 3).normalized());
-  const IcpResult from_beside = icp(source, target, beside);
-  EXPECT_LT(poseError(from_beside.T_target_source, truth).rotation, kAllowed);
-  EXPECT_LT(poseError(from_beside.T_target_source, truth).translation, kAllowed);
-  RecordProperty("translation_nm", static_cast<int>(1e9 * poseError(from_beside.T_target_source, truth).translation));
+  const IcpResult from_nearby = icp(source, target, nearby);
+  EXPECT_LT(poseError(from_nearby.T_target_source, truth).rotation, kAllowed);
+  EXPECT_LT(poseError(from_nearby.T_target_source, truth).translation, kAllowed);
+  RecordProperty("translation_nm", static_cast<int>(1e9 * poseError(from_nearby.T_target_source, truth).translation));
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenes,

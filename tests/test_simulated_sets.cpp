@@ -2,7 +2,7 @@
 // Copyright (c) 2026, pcl_ssfr contributors
 
 // The default profile on simulated scans with exact truth: the reduced sets of the paper, every source in a randomly
-// turned frame, and the scenes that are made to mislead.
+// rotated frame, and the scenes that are made to mislead.
 
 #include "pose_matchers.h"
 #include "scan_views.h"

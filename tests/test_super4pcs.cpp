@@ -426,7 +426,7 @@ rearPart(const Eigen::Matrix3Xf& points, const Eigen::Vector3f& direction, doubl
 }
 
 // 46 % of either scan is seen by the other too, by other samples of the surface, with noise. Three scenes that are
-// solved within 100 bases when the search is told which LCP to stop at; how many bases others need is not tested.
+// solved within 100 bases when the search knows which LCP to stop at; how many bases others need is not tested.
 TEST(Super4PCS, CopesWith46PercentOverlapAndNoise)
 {
   const Eigen::Vector3f axis = Eigen::Vector3f(1, 0.4F, 0.3F).normalized();

@@ -269,11 +269,11 @@ TEST(PoseMatchers, MeasureRotationAndTranslation)
   EXPECT_THAT(T.cast<float>(), IsPoseNear(T, 1e-5, 1e-4));
   EXPECT_THAT(Eigen::Matrix4f(T.cast<float>().matrix()), IsPoseNear(T, 1e-5, 1e-4));
 
-  Eigen::Isometry3d turned = T;
-  turned.rotate(Eigen::AngleAxisd(0.1, randomDirection(random)));
-  EXPECT_THAT(turned, IsPoseNear(T, 0.1001, 1e-6));
-  EXPECT_THAT(turned, ::testing::Not(IsPoseNear(T, 0.0999, 1e-6)));
-  EXPECT_NEAR(poseError(turned, T).rotation, 0.1, 1e-9);
+  Eigen::Isometry3d rotated = T;
+  rotated.rotate(Eigen::AngleAxisd(0.1, randomDirection(random)));
+  EXPECT_THAT(rotated, IsPoseNear(T, 0.1001, 1e-6));
+  EXPECT_THAT(rotated, ::testing::Not(IsPoseNear(T, 0.0999, 1e-6)));
+  EXPECT_NEAR(poseError(rotated, T).rotation, 0.1, 1e-9);
 
   // A translation of the same length in another direction is an error, not a match.
   Eigen::Isometry3d moved = T;

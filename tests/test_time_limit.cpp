@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
-// The time limit covers preparation: where it ends is told, and nothing half done is kept.
+// The time limit covers preparation: where it ends is said, and nothing half done is kept.
 
 #include "cloud_views.h"
 #include "pcl_clouds.h"

@@ -2,7 +2,7 @@
 // Copyright (c) 2026, pcl_ssfr contributors
 
 // The default profile on pairs of simulated scans that differ: sensors of different kinds, different resolutions,
-// things that moved in between. Every scan is in a randomly turned frame. All pairs must be solved and accepted.
+// things that moved in between. Every scan is in a randomly rotated frame. All pairs must be solved and accepted.
 
 #include "hard_cases.h"
 

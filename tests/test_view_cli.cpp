@@ -503,12 +503,12 @@ TEST(ViewModel, saysWhereTheTruthIsLost)
   const apps::ViewModel right = modelOf(0);
   for (const apps::LossStep& step : right.findLoss())
     EXPECT_TRUE(step.passed) << step.stage << ": " << step.finding;
-  // A truth that is none: turned by 20 degrees, no candidate rotation is near it.
+  // A truth that is none: rotated by 20 degrees, no candidate rotation is near it.
   apps::ViewArguments arguments = apps::parseViewArguments({kData, "--pair", "0", "--png", "none"});
   apps::ViewRun run = apps::loadRun(arguments);
   run.truth = *run.truth * Eigen::AngleAxisd(0.35, Eigen::Vector3d(1, 1, 1).normalized());
-  const apps::ViewModel turned(std::move(run), 1);
-  const std::vector<apps::LossStep> lost = turned.findLoss();
+  const apps::ViewModel rotated(std::move(run), 1);
+  const std::vector<apps::LossStep> lost = rotated.findLoss();
   ASSERT_FALSE(lost.empty());
   EXPECT_EQ(lost.front().stage, "rotation");
   EXPECT_FALSE(lost.front().passed);

@@ -30,7 +30,7 @@ addMethodOptions(boost::program_options::options_description& all);
 MethodArguments
 readMethodOptions(const boost::program_options::variables_map& values);
 
-/// Say of each option that was given in vain that it was, a line each.
+/// Say of each option that had no effect that it had none, a line each.
 void
 warnOfUnread(const MethodArguments& arguments, const std::string& program, std::ostream& out);
 

@@ -64,9 +64,9 @@ heatColour(double share)
   return {a.red + f * (b.red - a.red), a.green + f * (b.green - a.green), a.blue + f * (b.blue - a.blue)};
 }
 
-/// The directions, turned; many are merged by cells.
+/// The directions, rotated; many are merged by cells.
 DirectionSet
-turned(const DirectionSet& directions, const Eigen::Matrix3d& turn)
+rotated(const DirectionSet& directions, const Eigen::Matrix3d& turn)
 {
   DirectionSet result;
   result.weights = directions.weights;
@@ -147,7 +147,7 @@ drawSphere(cairo_surface_t* surface,
            unsigned threads)
 {
   constexpr int kCell = 2; // pixels share a value
-  const DirectionSet directions = turned(sphere.directions, turn);
+  const DirectionSet directions = rotated(sphere.directions, turn);
   double highest = 1e-12;
   for (const DenseRegion& region : sphere.regions)
     highest = std::max(highest, densityAt(directions, turn * region.peak, sphere.radius));

@@ -24,7 +24,7 @@ struct TracedPass {
   std::vector<TracedHypothesis> hypotheses; ///< most votes first
 };
 
-/** \brief What a registration by Profile::Default proposed and looked at: tells where a true pose was lost.
+/** \brief What a registration by Profile::Default proposed and looked at: shows where a true pose was lost.
  *
  * Filled by registerScans() when one is handed to it; the result is the same with and without.
  */

@@ -28,7 +28,7 @@ struct DecisionContext {
   bool is_cut_short = false;  ///< the search was not complete when the time ran out
 };
 
-/// What users are told about the best pose.
+/// What users read about the best pose.
 struct Decision {
   Status status = Status::NotRun;
   std::string message;                             ///< one sentence, for people

@@ -24,21 +24,21 @@ struct PatchScan {
   ScanExtent extent;
   double scale = 1;                                 ///< of the scene: 1 for rooms to streets, multiplies every length
   Eigen::Vector3d origin = Eigen::Vector3d::Zero(); ///< subtracted from the points in double [m]
-  bool viewpoint_used = false;                      ///< the viewpoint is believed, or was found ...
+  bool viewpoint_used = false;                      ///< the viewpoint is used as given, or was found ...
   bool viewpoint_found = false;                     ///< ... in the points
-  Eigen::Vector3d viewpoint = Eigen::Vector3d::Zero(); ///< relative to origin [m]; zero when not believed
+  Eigen::Vector3d viewpoint = Eigen::Vector3d::Zero(); ///< relative to origin [m]; zero when not used
   double thickness = 0;                                ///< that its patches may have [m]
   PlanarPatches patches;
   std::vector<MainNormal> main_normals;
   VotingSamples votes;
   PlanarPatches coarse; ///< a part of the patches that stands for all in the coarse refinement
   PatchIndex index;
-  RangeImage range_image; ///< empty when the viewpoint is not believed
+  RangeImage range_image; ///< empty when no viewpoint is used
   SurfacePoints surface;  ///< points for the final polish, laid on the patches of the other scan
   std::vector<StageReport> stages;
   std::string unfinished; ///< stage in which the time ran out: nothing here may be used then; empty when complete
 
-  /// What the sensor saw through; null when the viewpoint is not believed.
+  /// What the sensor saw through; null when no viewpoint is used.
   const RangeImage*
   freeSpace() const
   {

@@ -27,7 +27,7 @@ forEachPose(const PatchPair& pair, std::vector<ScoredPose>& poses, const Refine&
   });
 }
 
-/// Whether a pose is too improbable beside the best to be worth more work. What is not yet refined may still gain as
+/// Whether a pose is too improbable against the best to be worth more work. What is not yet refined may still gain as
 /// much as a rival lacks, so its odds may be the square of a rival's.
 bool
 isHopeless(const PatchPair& pair, const ScoredPose& pose, const ScoredPose& best)
@@ -100,13 +100,13 @@ neighboursOf(const PatchPair& pair, const ScoredPose& best)
   return neighbours;
 }
 
-/** \brief Other local optima beside the best pose: where a motion is poorly constrained, as level rings hardly
+/** \brief Other local optima near the best pose: where a motion is poorly constrained, as level rings hardly
  * constrain a tilt, a refinement ends in the nearest of several places that explain the scans almost equally well. So
  * it is started from the neighbourhood of the best pose along such motions. \return refined and scored, most probable
  * first
  */
 std::vector<ScoredPose>
-optimaBeside(const PatchPair& pair, const ScoredPose& best)
+nearbyOptima(const PatchPair& pair, const ScoredPose& best)
 {
   if (!(best.score > 0))
     return {};
@@ -197,7 +197,7 @@ polishLeaders(const PatchPair& pair, std::vector<ScoredPose> poses, StageLog& st
   }
   sortByWeight(polished, config);
   if (is_new && !pair.outOfTime() && pair.options().refine)
-    for (ScoredPose& pose : optimaBeside(pair, polished.front())) {
+    for (ScoredPose& pose : nearbyOptima(pair, polished.front())) {
       const bool is_rival = isRival(pose, polished.front());
       if (is_rival)
         pair.polish(pose);

@@ -29,7 +29,7 @@ refineAndMerge(const PatchPair& pair,
 /** \brief Polish the most probable pose and the rivals that come near it, so that their order does not depend on how
  * far the coarser refinements got; among the rivals are the optima in the neighbourhood of the best pose.
  * \param[in] poses distinct, most probable first, at least one
- * \return these and what was found beside the best, distinct; the first is polished and the most probable polished one
+ * \return these and what was found near the best, distinct; the first is polished and the most probable polished one
  */
 std::vector<ScoredPose>
 polishLeaders(const PatchPair& pair, std::vector<ScoredPose> poses, StageLog& stages);

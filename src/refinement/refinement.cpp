@@ -83,8 +83,8 @@ forEachMeeting(const Columns& points,
   }
 }
 
-/// Add what the vertical tells of the tilt, in the unit of the matches: their mean weight over the square of their
-/// distances is what one of them tells of its distance.
+/// Add what the vertical says of the tilt, in the unit of the matches: their mean weight over the square of their
+/// distances is what one of them says of its distance.
 void
 addVertical(const KnownVertical& vertical,
             const Eigen::Matrix3d& R_target_source,

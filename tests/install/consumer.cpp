@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
-// Uses the installed package as a stranger would: registers a small hand-made room with a turned copy of itself.
+// Uses the installed package as a stranger would: registers a small hand-made room with a rotated copy of itself.
 
 #include <pcl_ssfr/structured_scene_registration.h>
 #include <pcl_ssfr/version.h>

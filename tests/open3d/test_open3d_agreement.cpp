@@ -50,7 +50,7 @@ constexpr double kDegree = 3.14159265358979323846 / 180;
 constexpr int kEnoughSteps = 400; // that mu comes down to its end from any start here
 constexpr double kSimilarity = 0.9;
 
-/// Two scans of one scene, the source in a frame turned and shifted at random.
+/// Two scans of one scene, the source in a frame rotated and shifted at random.
 struct Scans {
   Eigen::Matrix3Xf source;
   Eigen::Matrix3Xf target;
@@ -67,10 +67,10 @@ struct Scans {
 };
 
 Scans
-turned(const Eigen::Matrix3Xf& source,
-       const Eigen::Matrix3Xf& target,
-       const Eigen::Isometry3d& T_target_source,
-       std::uint64_t seed)
+rotated(const Eigen::Matrix3Xf& source,
+        const Eigen::Matrix3Xf& target,
+        const Eigen::Isometry3d& T_target_source,
+        std::uint64_t seed)
 {
   Random random(seed);
   const Eigen::Isometry3d motion = randomMotion(random, 10);
@@ -89,10 +89,10 @@ makeRoomScans(std::uint64_t seed)
   const Scene scene = makeFurnishedRoom(seed);
   const Eigen::Isometry3d T_world_target = sensorPose(scene.stations.at(0), 0.1);
   const Eigen::Isometry3d T_world_source = sensorPose(scene.stations.at(0) + Eigen::Vector3d(0.7, -0.4, 0.1), 1.9, 0.1);
-  return turned(castScan(scene, T_world_source, roomScanner(kStep), 12),
-                castScan(scene, T_world_target, roomScanner(kStep), 11),
-                relativePose(T_world_target, T_world_source),
-                seed);
+  return rotated(castScan(scene, T_world_source, roomScanner(kStep), 12),
+                 castScan(scene, T_world_target, roomScanner(kStep), 11),
+                 relativePose(T_world_target, T_world_source),
+                 seed);
 }
 
 Scans
@@ -102,10 +102,10 @@ makeHallScans(std::uint64_t seed)
   const Scene scene = makeHall(seed);
   const Eigen::Isometry3d T_world_target = sensorPose(scene.stations.at(0), 0.1);
   const Eigen::Isometry3d T_world_source = sensorPose(scene.stations.at(0) + Eigen::Vector3d(1.5, 1, 0), 2.3, 0.05);
-  return turned(castScan(scene, T_world_source, terrestrialScanner(kStep), 12),
-                castScan(scene, T_world_target, terrestrialScanner(kStep), 11),
-                relativePose(T_world_target, T_world_source),
-                seed);
+  return rotated(castScan(scene, T_world_source, terrestrialScanner(kStep), 12),
+                 castScan(scene, T_world_target, terrestrialScanner(kStep), 11),
+                 relativePose(T_world_target, T_world_source),
+                 seed);
 }
 
 /// What both implementations are given.

@@ -39,7 +39,7 @@ nameOfPlace(const ::testing::TestParamInfo<Place>& info)
 struct Tally {
   std::size_t pairs = 0;
   std::size_t solved = 0;   ///< the best pose is right
-  std::size_t believed = 0; ///< and it was accepted
+  std::size_t accepted = 0; ///< and it was accepted
   std::size_t wrong = 0;    ///< accepted, and not right
   std::string failures;     ///< a line for each pair that was not solved and accepted
 
@@ -49,7 +49,7 @@ struct Tally {
     const PairOutcome outcome = registerPosedScans(source, target);
     ++pairs;
     solved += outcome.right;
-    believed += outcome.right && outcome.result.accepted();
+    accepted += outcome.right && outcome.result.accepted();
     wrong += !outcome.honest();
     if (!outcome.right || !outcome.result.accepted())
       failures += name + (outcome.right ? ", right" : ", not right") + ": " + describe(outcome.result) + '\n';
@@ -86,7 +86,7 @@ addAllPairs(Tally& tally, const std::vector<PosedScan>& scans, std::uint64_t see
 inline void
 expectAllBelieved(const Tally& tally)
 {
-  EXPECT_EQ(tally.believed, tally.pairs) << tally.failures;
+  EXPECT_EQ(tally.accepted, tally.pairs) << tally.failures;
   EXPECT_EQ(tally.wrong, 0u) << tally.failures;
 }
 

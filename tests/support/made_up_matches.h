@@ -12,7 +12,7 @@
 #include <cstdint>
 #include <vector>
 
-// Refinements as they end with given matches, for the tests of what is told of a pose.
+// Refinements as they end with given matches, for the tests of what is said of a pose.
 namespace pcl_ssfr::testing {
 
 using Vector6 = Eigen::Matrix<double, 6, 1>;

@@ -26,8 +26,8 @@ constexpr double kSolvedTranslation = 0.3;                           ///< ... an
 
 /// The frames that scans are given in.
 enum class Frames {
-  Turned, ///< each turned at random about its sensor: neither the motion nor the vertical can be guessed
-  Level   ///< each turned at random about the vertical only
+  Rotated, ///< each rotated at random about its sensor: neither the motion nor the vertical can be guessed
+  Level    ///< each rotated at random about the vertical only
 };
 
 /// A scan and where it was taken.
@@ -51,7 +51,7 @@ planScans(const std::string& scene, const std::string& sensor, int scans, std::s
 
 /// Take the scans of a plan; what moves does so between any two of them.
 inline std::vector<PosedScan>
-takeScans(const simulation::DatasetPlan& plan, Frames frames = Frames::Turned)
+takeScans(const simulation::DatasetPlan& plan, Frames frames = Frames::Rotated)
 {
   constexpr unsigned kThreads = 2;
   constexpr std::uint64_t kFrameSeed = 77;
@@ -75,7 +75,7 @@ takeScans(const simulation::DatasetPlan& plan, Frames frames = Frames::Turned)
         simulateScan(*caster, prepared.sensor, prepared.T_world_sensor[i], options).points;
     RandomStream random(kFrameSeed, i, plan.seed);
     Eigen::Isometry3d T_scan_sensor = Eigen::Isometry3d::Identity();
-    if (frames == Frames::Turned)
+    if (frames == Frames::Rotated)
       T_scan_sensor.linear() = random.rotation();
     else
       T_scan_sensor.linear() =

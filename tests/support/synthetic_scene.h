@@ -70,7 +70,7 @@ struct Scene {
   /// Places for a sensor: free space around them, and neighbours in this list see much of the same surface.
   std::vector<Eigen::Vector3d> stations;
 
-  /// Add an upright box that stands on \p base (centre of its lower face), of full size \p size, turned by \p yaw.
+  /// Add an upright box that stands on \p base (centre of its lower face), of full size \p size, rotated by \p yaw.
   void
   addBlock(const Eigen::Vector3d& base, const Eigen::Vector3d& size, double yaw = 0);
   /// Add an upright cylinder that stands on \p base.
@@ -94,7 +94,7 @@ struct SensorPattern {
   double drop_rate = 0;            ///< share of the returns that are lost, [0, 1)
 };
 
-/// A room scanner: a line scanner (Hokuyo kind) turned about its axis, all directions but a cone below, 30 m.
+/// A room scanner: a line scanner (Hokuyo kind) rotated about its axis, all directions but a cone below, 30 m.
 SensorPattern
 roomScanner(double step = 0.01745);
 /// A spinning multi-ring LiDAR for vehicles: \p rings between -25 and 15 degrees, 0.4 degrees in azimuth, 100 m.
@@ -120,7 +120,7 @@ castScanWithNormals(const Scene& scene,
 Eigen::Matrix3Xf
 castScan(const Scene& scene, const Eigen::Isometry3d& T_world_sensor, const SensorPattern& pattern, std::uint64_t seed);
 
-/// Sensor pose: at \p position, turned by \p yaw about the vertical after a tilt of \p tilt about the sensor's x axis.
+/// Sensor pose: at \p position, rotated by \p yaw about the vertical after a tilt of \p tilt about the sensor's x axis.
 Eigen::Isometry3d
 sensorPose(const Eigen::Vector3d& position, double yaw, double tilt = 0);
 /// Uniformly random rotation.
