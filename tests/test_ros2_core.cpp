@@ -348,9 +348,14 @@ TEST(ScanMatcher, SettingsOutOfRangeAreNamed)
 
 TEST(Map, FilesThatAreNoMapAreNamed)
 {
-  const std::string text = ::testing::TempDir() + "no_map.pcd";
-  std::ofstream(text) << "nothing\n";
-  for (const std::string& path : {std::string("/no/such/map.ply"), std::string("map.xyz"), text}) {
+  const std::string no_cloud = ::testing::TempDir() + "no_map.pcd";
+  std::ofstream(no_cloud) << "nothing\n";
+  const std::string no_mesh = ::testing::TempDir() + "no_map.ply";
+  std::ofstream(no_mesh) << "nothing\n";
+  const std::string empty = ::testing::TempDir() + "empty_map.pcd";
+  std::ofstream(empty)
+      << "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 0\nHEIGHT 1\nPOINTS 0\nDATA ascii\n";
+  for (const std::string& path : {std::string("/no/such/map.ply"), std::string("map.xyz"), no_cloud, no_mesh, empty}) {
     try {
       readMap(path);
       FAIL() << path;

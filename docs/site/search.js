@@ -5,8 +5,8 @@
 "use strict";
 (() => {
   const root = document.body.dataset.root;
-  const field = document.getElementById("search");
-  const list = document.getElementById("results");
+  const field = document.getElementById("site-search");
+  const list = document.getElementById("site-results");
   const MOST = 30;
   const entries = window.SEARCH_INDEX.map(([title, url, text]) => ({title, url, text, lower: (title + " " + text).toLowerCase()}));
 
@@ -43,8 +43,6 @@
       .slice(0, MOST)
       .map((hit) => ({title: hit.entry.title, url: hit.entry.url, text: excerpt(hit.entry, words)}));
   }
-  window.findInSite = find; // for tests
-
   function show() {
     const hits = find(field.value);
     list.replaceChildren(...hits.map((hit) => {
@@ -80,4 +78,11 @@
   });
   // A link of the list to the page that is shown already closes the list.
   list.addEventListener("click", () => { list.hidden = true; });
+
+  // index.html?q=words shows what is found.
+  const asked = new URLSearchParams(location.search).get("q");
+  if (asked) {
+    field.value = asked;
+    show();
+  }
 })();

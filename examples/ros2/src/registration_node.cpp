@@ -27,6 +27,8 @@ namespace pcl_ssfr_ros2 {
 
 namespace {
 
+constexpr double kWaitForAnchor = 0.1; ///< the odometry of a scan may come a little after it [s]
+
 pcl::PointCloud<pcl::PointXYZ>::Ptr
 toCloud(const sensor_msgs::msg::PointCloud2& message, double least_range)
 {
@@ -122,8 +124,12 @@ private:
 
     Eigen::Isometry3d T_target_child = match.T_target_source;
     if (!anchor_frame_.empty())
-      T_target_child = anchored(
-          T_target_child, tf2::transformToEigen(buffer_.lookupTransform(anchor_frame_, source.frame_id, source.stamp)));
+      T_target_child =
+          anchored(T_target_child,
+                   tf2::transformToEigen(buffer_.lookupTransform(anchor_frame_,
+                                                                 source.frame_id,
+                                                                 rclcpp::Time(source.stamp),
+                                                                 rclcpp::Duration::from_seconds(kWaitForAnchor))));
     geometry_msgs::msg::TransformStamped transform = tf2::eigenToTransform(T_target_child);
     transform.header = pose.header;
     transform.child_frame_id = anchor_frame_.empty() ? source.frame_id : anchor_frame_;

@@ -8,6 +8,7 @@
 
 #include <Eigen/Cholesky>
 
+#include <fstream>
 #include <stdexcept>
 
 namespace pcl_ssfr_ros2 {
@@ -29,6 +30,17 @@ bool
 endsWith(const std::string& text, const std::string& end)
 {
   return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
+}
+
+/// Enough of a file for the header of a cloud; empty when it cannot be read.
+std::string
+beginningOf(const std::string& path)
+{
+  std::string text(4096, '\0');
+  std::ifstream file(path, std::ios::binary);
+  file.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(file.gcount()));
+  return text;
 }
 
 } // namespace
@@ -66,10 +78,17 @@ anchored(const Eigen::Isometry3d& T_target_source, const Eigen::Isometry3d& T_an
 pcl::PointCloud<pcl::PointXYZ>::Ptr
 readMap(const std::string& path)
 {
-  auto cloud = pcl::make_shared<pcl::PointCloud<pcl::PointXYZ>>();
-  if (!endsWith(path, ".pcd") && !endsWith(path, ".ply"))
+  const bool is_pcd = endsWith(path, ".pcd");
+  if (!is_pcd && !endsWith(path, ".ply"))
     throw std::invalid_argument(path + ": is neither .pcd nor .ply");
-  const int code = endsWith(path, ".pcd") ? pcl::io::loadPCDFile(path, *cloud) : pcl::io::loadPLYFile(path, *cloud);
+  // PCL's reader of PCD files does not survive files of another kind.
+  const std::string header = beginningOf(path);
+  if (is_pcd ? header.find("\nFIELDS") == std::string::npos || header.find("\nDATA") == std::string::npos
+             : header.compare(0, 3, "ply") != 0)
+    throw std::invalid_argument(path + ": cannot be read, or has not the header of a " + (is_pcd ? "PCD" : "PLY") +
+                                " file");
+  auto cloud = pcl::make_shared<pcl::PointCloud<pcl::PointXYZ>>();
+  const int code = is_pcd ? pcl::io::loadPCDFile(path, *cloud) : pcl::io::loadPLYFile(path, *cloud);
   if (code < 0 || cloud->empty())
     throw std::invalid_argument(path + ": cannot be read, or holds no points");
   return cloud;
