@@ -543,6 +543,7 @@ class ScanNet(Case):
         return numpy.vstack([floor, wall, wall + (0, 5, 0), wall[:, [1, 0, 2]] + (0, 0, 0), wall + (40, 40, 0)])
 
     def make(self):
+        scannetpp.scene_scans.cache_clear()  # folders are not changed between two calls, but here
         self.poses = [some_pose((2, 2, 1.5), 30), some_pose((4, 3, 1.4), 100), some_pose((43, 43, 1.5), 5)]
         self.scans = self.root / "data" / "0a5c013435" / "scans"
         write_ply(self.scans / "pc_aligned.ply", self.room())
@@ -589,7 +590,7 @@ class ScanNet(Case):
         self.make()
         path = self.scans / "pc_aligned.ply"
         path.write_bytes(path.read_bytes()[:-1])
-        self.assertIn("pc_aligned.ply", self.error_of("scannetpp"))
+        self.assertIn("pc_aligned.ply: ", self.error_of("scannetpp"))
         path.write_text("ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n0\n")
         self.assertIn("'ascii' is not binary", self.error_of("scannetpp"))
 
@@ -610,12 +611,12 @@ class Parts(unittest.TestCase):
         self.assertLess(numpy.abs(common.inverse(some_pose((0, 0, 0), 20))[:3, :3] @ (1.25, 0, 0) - T[:3, 3]).max(), 1e-9)
 
     def test_interpolation(self):
-        poses = {0: some_pose((0, 0, 0), 10), 100: some_pose((2, 0, 0), 50)}
-        middle = common.interpolated(poses, 25, 200)
+        poses = common.Track({100: some_pose((2, 0, 0), 50), 0: some_pose((0, 0, 0), 10)})
+        middle = poses.at(25, 200)
         self.assertLess(numpy.abs(middle - some_pose((0.5, 0, 0), 20)).max(), 1e-12)
-        self.assertIs(common.interpolated(poses, 100, 1), poses[100])
+        self.assertIs(poses.at(100, 1), poses[100])
         for time, gap in ((-1, 200), (101, 200), (50, 99)):
-            self.assertIsNone(common.interpolated(poses, time, gap))
+            self.assertIsNone(poses.at(time, gap))
 
     def test_spaced_pairs(self):
         positions = [(x, 0, 0) for x in (0, 4, 9, 11, 12, 13, 30, 50)]

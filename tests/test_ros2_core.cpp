@@ -4,7 +4,6 @@
 // The core of examples/ros2: bytes of messages, covariances in the order of ROS, frames, and a registration.
 
 #include "pose_matchers.h"
-#include "synthetic_scene.h"
 
 #include <pcl_ssfr_ros2/cloud_message.h>
 #include <pcl_ssfr_ros2/scan_matcher.h>
@@ -22,6 +21,7 @@
 #include <fstream>
 #include <functional>
 #include <limits>
+#include <random>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -193,10 +193,11 @@ TEST(CloudMessage, WhatIsWrongIsNamed)
 Matrix6
 someInformation(std::uint64_t seed)
 {
-  pcl_ssfr::testing::Random random(seed);
+  std::mt19937_64 engine(seed);
+  std::normal_distribution<double> gaussian;
   Matrix6 root;
   for (double& value : root.reshaped())
-    value = random.gaussian();
+    value = gaussian(engine);
   Matrix6 information = root * root.transpose() + Matrix6::Identity();
   Eigen::Matrix<double, 6, 1> scale;
   scale << 2000, 3000, 1500, 400, 250, 300; // 1 / rad, 1 / m
@@ -206,7 +207,8 @@ someInformation(std::uint64_t seed)
 /// The covariance of the message is that of the errors of poses that are drawn as Result::information says.
 TEST(Covariance, SampledPosesScatterAsItSays)
 {
-  pcl_ssfr::testing::Random random(11);
+  std::mt19937_64 engine(11);
+  std::normal_distribution<double> gaussian;
   Eigen::Isometry3d T = Eigen::Translation3d(4, -7, 2) * Eigen::AngleAxisd(2.1, Eigen::Vector3d(1, 2, -1).normalized());
   const Matrix6 information = someInformation(5);
   const Matrix6 root = information.inverse().llt().matrixL();
@@ -215,7 +217,7 @@ TEST(Covariance, SampledPosesScatterAsItSays)
   for (int i = 0; i < kSamples; ++i) {
     Eigen::Matrix<double, 6, 1> normal;
     for (double& value : normal)
-      value = random.gaussian();
+      value = gaussian(engine);
     const Eigen::Matrix<double, 6, 1> motion = root * normal;
     const Eigen::Vector3d w = motion.head<3>();
     const Eigen::Isometry3d truth =

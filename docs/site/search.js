@@ -29,8 +29,10 @@
   function excerpt(entry, words) {
     const lower = entry.text.toLowerCase();
     const at = Math.max(0, ...words.map((word) => lower.indexOf(word)));
-    const start = Math.max(0, at - 60);
-    return (start > 0 ? "... " : "") + entry.text.slice(start, start + 160);
+    const start = at > 60 ? entry.text.indexOf(" ", at - 60) + 1 : 0;
+    const shown = entry.text.slice(start, start + 160);
+    const cut = shown.length < 160 ? shown : shown.slice(0, Math.max(shown.lastIndexOf(" "), 120)) + " ...";
+    return (start > 0 ? "... " : "") + cut;
   }
 
   function find(text) {

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Copyright (c) 2026, pcl_ssfr contributors
 """What all layouts share: reading poses and lists, choosing pairs, writing a dataset folder. Metres; T_a_b maps b to a."""
+import bisect
 import dataclasses
 import json
 import pathlib
@@ -204,12 +205,12 @@ def nanoseconds(text, path, line, unit=1):
 
 
 def tum_poses(path, unit):
-    """Time [ns] -> pose, of lines "time x y z qx qy qz qw"; unit: nanoseconds in a unit of time."""
+    """The track of a file with lines "time x y z qx qy qz qw"; unit: nanoseconds in a unit of time."""
     poses = {}
     for line, fields in table(path, 8, "time x y z qx qy qz qw"):
         v = [number(f, path, line) for f in fields[1:]]
         poses[nanoseconds(fields[0], path, line, unit)] = pose(v[:3], v[3:], f"{path}:{line}")
-    return dict(sorted(poses.items()))
+    return Track(poses)
 
 
 def log_records(path):
@@ -231,24 +232,35 @@ def log_records(path):
     return records
 
 
-def interpolated(poses, time, largest_gap):
-    """The pose at a time between two of a track, at most so many nanoseconds apart; None where there are none."""
-    times = list(poses)
-    after = int(numpy.searchsorted(numpy.array(times, dtype=numpy.int64), time))
-    if after < len(times) and times[after] == time:
-        return poses[time]
-    if after in (0, len(times)) or times[after] - times[after - 1] > largest_gap:
-        return None
-    a, b = poses[times[after - 1]], poses[times[after]]
-    share = (time - times[after - 1]) / (times[after] - times[after - 1])
-    motion = quaternion_of(a[:3, :3].T @ b[:3, :3])
-    sine = numpy.linalg.norm(motion[:3])
-    half = numpy.arctan2(sine, motion[3]) * share
-    axis = motion[:3] / sine if sine > 0 else numpy.zeros(3)
-    between = pose((0, 0, 0), [*(axis * numpy.sin(half)), numpy.cos(half)], "interpolated")
-    result = a @ between
-    result[:3, 3] = (1 - share) * a[:3, 3] + share * b[:3, 3]
-    return result
+class Track:
+    """Poses at times [ns]."""
+
+    def __init__(self, poses):
+        self.times = sorted(poses)
+        self.poses = poses
+
+    def __contains__(self, time):
+        return time in self.poses
+
+    def __getitem__(self, time):
+        return self.poses[time]
+
+    def at(self, time, largest_gap):
+        """The pose at a time, between two that are at most so many nanoseconds apart; None where there are none."""
+        if time in self.poses:
+            return self.poses[time]
+        after = bisect.bisect(self.times, time)
+        if after in (0, len(self.times)) or self.times[after] - self.times[after - 1] > largest_gap:
+            return None
+        a, b = self.poses[self.times[after - 1]], self.poses[self.times[after]]
+        share = (time - self.times[after - 1]) / (self.times[after] - self.times[after - 1])
+        motion = quaternion_of(a[:3, :3].T @ b[:3, :3])
+        sine = numpy.linalg.norm(motion[:3])
+        half = numpy.arctan2(sine, motion[3]) * share
+        axis = motion[:3] / sine if sine > 0 else numpy.zeros(3)
+        result = a @ pose((0, 0, 0), [*(axis * numpy.sin(half)), numpy.cos(half)], "interpolated")
+        result[:3, 3] = (1 - share) * a[:3, 3] + share * b[:3, 3]
+        return result
 
 
 # ---- pairs -----------------------------------------------------------------------------------------------------------

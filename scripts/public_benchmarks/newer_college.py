@@ -3,7 +3,7 @@
 """Newer College (2020): a sequence of the makers, raw_format/ouster_scan/cloud_SEC_NSEC.pcd and
 ground_truth/registered_poses.csv (sec, nsec, x, y, z, qx, qy, qz, qw); or as BUFFER-X extracted it,
 SEQUENCE/scans/NNNNNN.pcd and SEQUENCE/poses_kitti.txt."""
-from .common import (Failure, chosen_sequences, drive_pairs, interpolated, number, pcd_with_sensor_at, pose, posed,
+from .common import (Failure, Track, chosen_sequences, drive_pairs, number, pcd_with_sensor_at, pose, posed,
                      stamped_clouds, table)
 from .numbered import numbered_drive
 
@@ -19,7 +19,7 @@ def registered_poses(path):
     for line, fields in table(path, 9, "sec, nsec, x, y, z, qx, qy, qz, qw"):
         v = [number(f, path, line) for f in fields]
         poses[int(fields[0].split(".")[0]) * 10**9 + int(fields[1].split(".")[0])] = pose(v[2:5], v[5:], f"{path}:{line}")
-    return dict(sorted(poses.items()))
+    return Track(poses)
 
 
 def of_sequence(root, prefix):
@@ -28,7 +28,7 @@ def of_sequence(root, prefix):
     track = registered_poses(path)
     names, poses, files = [], [], {}
     for time, cloud in clouds.items():
-        T_world_camera = interpolated(track, time, LARGEST_GAP)
+        T_world_camera = track.at(time, LARGEST_GAP)
         if T_world_camera is not None:
             names.append(f"{prefix}_{cloud.name}")
             poses.append(T_world_camera @ T_CAMERA_OUSTER)

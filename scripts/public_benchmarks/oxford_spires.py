@@ -4,7 +4,7 @@
 cloud_SEC_NSEC.pcd: vilens-slam/undist-clouds in the frame of the base, or lidar-undistortion/... in that of the LiDAR."""
 import numpy
 
-from .common import (Failure, chosen_sequences, drive_pairs, interpolated, pcd_with_sensor_at, pose, posed, stamped_clouds,
+from .common import (Failure, chosen_sequences, drive_pairs, pcd_with_sensor_at, pose, posed, stamped_clouds,
                      tum_poses)
 
 DISTANCE = 10.0          # [m]; the makers publish no pairs
@@ -28,7 +28,7 @@ def of_sequence(sequence):
     track = tum_poses(path, 10**9)
     names, poses, files = [], [], {}
     for time, cloud in clouds.items():
-        T_world_base = interpolated(track, time, LARGEST_GAP)
+        T_world_base = track.at(time, LARGEST_GAP)
         if T_world_base is not None:
             names.append(f"{sequence.name}_{cloud.name}")
             poses.append(T_world_base @ T_base_cloud)

@@ -5,6 +5,7 @@
 The makers publish no single scans. As BUFFER-X does, each scanner is given the points that it sees, the nearest one in
 each of 1800 x 900 directions, and pairs are those that share 30 % of the voxels of 5 cm of one of the two. Where its own
 scripts ran, trans_faro_1800x900_scanner_N.ply and gt.log are taken as they are."""
+import functools
 import json
 import re
 
@@ -120,10 +121,20 @@ def of_log(folder, scene):
     return pairs, clouds, {}
 
 
+@functools.lru_cache(maxsize=1)
+def scene_scans(folder):
+    """What each scanner of a scene sees. Scenes are large: one is kept, and made again when its scans are written."""
+    cloud = read_ply(folder / "pc_aligned.ply")
+    return [seen_from(cloud, T) for T in read_poses(folder / "scanner_poses.json")]
+
+
+def scan_writer(folder, number):
+    return lambda path: write_pcd(path, scene_scans(folder)[number])
+
+
 def of_scene(folder, scene):
     poses = read_poses(folder / "scanner_poses.json")
-    cloud = read_ply(folder / "pc_aligned.ply")
-    scans = [seen_from(cloud, T) for T in poses]
+    scans = scene_scans(folder)
     coarse = [thinned(scan) if len(scan) else scan for scan in scans]
     names = [f"{scene}_{i}.pcd" for i in range(len(poses))]
     pairs = []
@@ -132,7 +143,7 @@ def of_scene(folder, scene):
             T = relative(poses[j], poses[i])
             if len(scans[i]) and len(scans[j]) and overlap(coarse[i], coarse[j], T) >= LEAST_OVERLAP:
                 pairs.append(Pair(names[i], names[j], T))
-    clouds = {name: (lambda path, scan=scan: write_pcd(path, scan)) for name, scan in zip(names, scans)}
+    clouds = {name: scan_writer(folder, i) for i, name in enumerate(names)}
     return pairs, clouds, dict(zip(names, poses))
 
 
