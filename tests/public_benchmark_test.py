@@ -140,6 +140,21 @@ class Case(unittest.TestCase):
             self.assertEqual((len(source), len(target)), (count, count))
             self.assertLess(numpy.abs(source @ T[:3, :3].T + T[:3, 3] - target).max(), tolerance, pair)
             self.assertGreater(numpy.abs(source - target).max(), 0.5, "the identity would do")
+        self.check_that_it_is_read()
+
+    def check_that_it_is_read(self):
+        """ssfr_benchmark takes the folder and reads the clouds of its first pair; points at random have no right pose."""
+        if PROGRAM is None:
+            return
+        out = tempfile.mkdtemp(dir=self.top)
+        done = subprocess.run([PROGRAM, "--dataset", self.out / "dataset", "--out", out, "--pairs", "0", "--no-rmse",
+                               "--pictures", "0"],
+                              capture_output=True, text=True, check=False)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        with open(pathlib.Path(out) / "results.csv", newline="", encoding="utf-8") as file:
+            results = list(csv.DictReader(file))
+        self.assertEqual(len(results), 1)
+        self.assertNotIn(results[0]["status"], ("failed", "crashed", "bad_output", "missing", "timeout"), results[0]["message"])
 
     def error_of(self, key, **choice):
         with self.assertRaises(common.Failure) as caught:
@@ -401,6 +416,7 @@ class Drives(Case):
     def test_tiers(self):
         for sensor in ("os0_128", "vel16"):
             self.make_numbered(f"tiers_indoor06/{sensor}", track(12, 0.6))
+        self.make_numbered("tiers_road02/vel16", track(12, 0.6))  # not of the published figures
         pairs = self.convert("tiers")
         self.check_points(pairs)
         self.check_viewpoints(pairs)
@@ -410,6 +426,7 @@ class Drives(Case):
         self.assertIn("not in one frame", self.error_of("tiers", pair_list=self.top / "list.txt"))
         (self.root / "tiers_indoor06" / "vel16" / "scans" / "000011.pcd").unlink()
         self.assertIn("12 poses, but 11 scans", self.error_of("tiers"))
+        self.assertIn("tiers_road02", self.convert("tiers", sequences=["tiers_road02"])[0]["source"])
         self.assertIn("'indoor99'", self.error_of("tiers", sequences=["indoor99"]))
 
     def test_tiers_as_bags(self):

@@ -13,7 +13,7 @@ import numpy
 
 RIGID_TOLERANCE = 1e-3  # of R^T R from the identity; poses are published with four to seven digits
 HEADER_BYTES = 4096     # of a PCD file, at most
-SEARCH_WINDOW = 100     # frames after a source in which its target is looked for, as in BUFFER-X and FCGF
+SEARCH_WINDOW = 100     # frames after a source in which its target is looked for, as in BUFFER-X
 
 
 class Failure(Exception):

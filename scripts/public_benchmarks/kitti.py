@@ -6,9 +6,9 @@ import numpy
 from .common import (Failure, Pair, chosen_sequences, drive_pairs, inverse, kitti_poses, need_folder, number,
                      numbered_files, posed, rigid, text_of)
 
-TEST_SEQUENCES = ["08", "09", "10"]  # of FCGF, Predator, BUFFER-X
+TEST_SEQUENCES = ["08", "09", "10"]  # the usual ones
 DISTANCE = 10.0                      # between the two scans of a pair [m]
-WRONG_PAIR = ("08", 15, 58)          # left out by the same authors: its pose is wrong
+WRONG_PAIR = ("08", 15, 58)          # left out by BUFFER-X: its pose is wrong
 
 
 def velodyne_to_camera(path):
@@ -23,7 +23,7 @@ def velodyne_to_camera(path):
 
 
 def refined(folder, sequence, source, target):
-    """The pose of FCGF's refinement where its cache of .npy files lies beside the data, else None."""
+    """The pose that BUFFER-X refined where its cache of .npy files lies beside the data, else None."""
     path = folder / f"{int(sequence)}_{source}_{target}.npy"
     if not path.is_file():
         return None
@@ -48,7 +48,7 @@ def convert(root, choice):
                           f"{max(scans)} in {sequences / sequence / 'velodyne'}")
         names = {f"{sequence}_{i:06d}.bin": i for i in scans}
         clouds.update(zip(names, scans.values()))
-        # Pairs are chosen by the places of the camera, as the authors do.
+        # Pairs are chosen by the places of the camera, as BUFFER-X does.
         for pair in drive_pairs(list(names), cameras, DISTANCE):
             source, target = names[pair.source], names[pair.target]
             if (sequence, source, target) == WRONG_PAIR:
@@ -59,6 +59,6 @@ def convert(root, choice):
                 T = inverse(T_camera_velodyne) @ pair.T_target_source @ T_camera_velodyne
             pairs.append(Pair(pair.source, pair.target, T))
         worlds.append({name: camera @ T_camera_velodyne for name, camera in zip(names, cameras)})
-    note = (f"KITTI odometry, sequences {', '.join(chosen)}; pairs {DISTANCE:g} m apart by the rule of FCGF and BUFFER-X. "
+    note = (f"KITTI odometry, sequences {', '.join(chosen)}; pairs {DISTANCE:g} m apart by the rule of BUFFER-X. "
             f"Truth: GPS and IMU" + (f", {replaced} poses from icp/." if replaced else ", not refined by ICP."))
     return posed(choice, worlds, pairs, clouds, note)

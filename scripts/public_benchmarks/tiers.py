@@ -6,6 +6,7 @@ from .common import Failure, chosen_sequences, posed
 from .numbered import numbered_drive
 
 DISTANCE = 2.0  # [m]
+TEST_SEQUENCES = [f"tiers_indoor{number}" for number in ("06", "08", "09", "10", "11")]  # of BUFFER-X
 
 
 def convert(root, choice):
@@ -13,7 +14,8 @@ def convert(root, choice):
     if not found:
         bags = " (bag files of ROS are not read: extract them first)" if list(root.glob("*.bag")) else ""
         raise Failure(f"{root}: holds no SEQUENCE/SENSOR/poses_kitti.txt (TIERS){bags}")
-    wanted = chosen_sequences(choice, found, root)
+    test = [name for name in TEST_SEQUENCES if name in found]
+    wanted = chosen_sequences(choice, found, root) if choice.sequences or not test else test
     pairs, clouds, worlds, sensors = [], {}, [], set()
     for sequence in wanted:
         for pose_path in sorted((root / sequence).glob("*/poses_kitti.txt")):
