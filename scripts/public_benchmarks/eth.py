@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Copyright (c) 2026, pcl_ssfr contributors
 """ETH: the test set of 3DSmoothNet (SCENE/Hokuyo_N.ply and gt.log), or a sequence of the makers (ASL): csv_local or
-local_frame with Hokuyo_N.csv, and pose_scanner_leica.csv beside them or in csv_global or global_frame."""
+local_frame with Hokuyo_N.csv, and pose_scanner_leica.csv with them or in csv_global or global_frame."""
 from .common import (Conversion, Failure, Pair, chosen_sequences, first_folder, inverse, log_records, need_file, number,
                      numbered_files, posed, relative, rigid, table)
 
@@ -28,7 +28,7 @@ def pose_file(root):
     for folder in POSE_FOLDERS:
         if (root / folder / POSE_FILE).is_file():
             return root / folder / POSE_FILE
-    raise Failure(f"{root}: holds no {POSE_FILE}, neither beside the scans nor in csv_global or global_frame")
+    raise Failure(f"{root}: holds no {POSE_FILE}, neither with the scans nor in csv_global or global_frame")
 
 
 def of_sequence(root, choice):

@@ -23,7 +23,7 @@ def velodyne_to_camera(path):
 
 
 def refined(folder, sequence, source, target):
-    """The pose that BUFFER-X refined where its cache of .npy files lies beside the data, else None."""
+    """The pose that BUFFER-X refined where its cache of .npy files lies with the data, else None."""
     path = folder / f"{int(sequence)}_{source}_{target}.npy"
     if not path.is_file():
         return None

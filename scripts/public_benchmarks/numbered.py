@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Copyright (c) 2026, pcl_ssfr contributors
-"""Numbered scans with poses_kitti.txt or poses.txt beside them: how BUFFER-X lays out TIERS, Newer College, HeLiPR."""
+"""Numbered scans with poses_kitti.txt or poses.txt: how BUFFER-X lays out TIERS, Newer College, HeLiPR."""
 from .common import Failure, drive_pairs, kitti_poses, numbered_files, pcd_with_sensor_at
 
 
