@@ -649,6 +649,11 @@ class Parts(unittest.TestCase):
             self.assertIn(key, run.LAYOUTS)
             self.assertEqual(len(figures), len(published.BUFFER_X_METHODS))
         self.assertEqual(published.published_rows("whu_tls"), [])
+        page = (ROOT / "docs" / "PUBLIC_BENCHMARKS.md").read_text()
+        for figures in published.BUFFER_X_SUCCESS.values():
+            self.assertIn(" | " + " | ".join(f"{figure:.2f}" for figure in figures) + " |", page)
+        for layout in run.LAYOUTS.values():
+            self.assertIn(f"### {layout.title}", page)
 
     def test_table(self):
         entry = {"method": "ssfr", "dataset": "kitti", "pairs": 4, "solved": 3, "accepted": 2, "false_positives": 0,
