@@ -37,6 +37,9 @@ const std::vector<double> kFactors = {0.5, 1.7};
 /// The numbers whose range is flat from half to 1.7 times their value for all cases below, with the reason.
 const std::map<std::string, std::string> kFlat = {
     {"preparation.viewpoint.levels[1].places", "so many that the best is among them anyway"},
+    {"preparation.viewpoint.levels[1].points", "as many as let the best be among the first of them"},
+    {"preparation.viewpoint.levels[2].places", "so many that the best is among them"},
+    {"preparation.viewpoint.levels[3].places", "two end at the same place"},
     {"search.little_overlap.promising", "0: one batch"},
     {"judgement.uncertainty.min_translation",
      "directions are determined well or not at all; see test_pose_uncertainty"},

@@ -53,6 +53,22 @@ TEST_F(Viewpoint, OfTheSensorIsPlausibleAndOthersAreNot)
   }
 }
 
+TEST(OpenRoadViewpoint, IsPlausibleThoughTheGroundIsSeenAtAGrazingAngle)
+{
+  // Nearly all that is seen is ground, and a few cars: within a degree it recedes by more than a fourth of its range.
+  testing::Scene road;
+  road.addBlock(Eigen::Vector3d(0, 0, -1), Eigen::Vector3d(400, 400, 1));
+  for (int k = 0; k < 8; ++k)
+    road.addBlock(Eigen::Vector3d(12 * k - 45, k % 2 ? 6 : -7, 0), Eigen::Vector3d(4.5, 1.8, 1.5));
+  const Eigen::Vector3d sensor(0, 0, 1.9);
+  const Eigen::Matrix3Xf scan = testing::castScan(road, testing::sensorPose(sensor, 0), testing::vehicleScanner(64), 3);
+  const ViewpointSearchConfig config;
+  EXPECT_TRUE(isPlausibleViewpoint(scan, Eigen::Vector3f::Zero(), config));
+  for (const Eigen::Vector3f& away :
+       {Eigen::Vector3f(50, 0, 0), Eigen::Vector3f(0, 50, 0), Eigen::Vector3f(-30, -40, 1), Eigen::Vector3f(0, 0, 50)})
+    EXPECT_FALSE(isPlausibleViewpoint(scan, away, config)) << away.transpose();
+}
+
 TEST_F(Viewpoint, InAFrameFarFromAMapMadeOfScansIsNone)
 {
   for (std::size_t a = 0; a < scene_.stations.size(); ++a)
@@ -139,9 +155,11 @@ TEST(FoundViewpoint, AFewFarPointsDoNotMatter)
   Eigen::Matrix3Xf far(3, scan.cols() / 50);
   for (Eigen::Index i = 0; i < far.cols(); ++i)
     far.col(i) = Eigen::Vector3f(1e6f, -1e7f, 1e5f) * static_cast<float>(1 + i % 7);
+  const std::optional<Eigen::Vector3f> without = findViewpoint(scan, ViewpointSearchConfig(), 1);
   const std::optional<Eigen::Vector3f> place = findViewpoint(concatenated(scan, far), ViewpointSearchConfig(), 1);
-  ASSERT_TRUE(place);
-  EXPECT_LT(place->norm(), 0.5f);
+  ASSERT_TRUE(without && place);
+  EXPECT_LT(without->norm(), 0.75f); // one ray in 1.4 degrees: rather far apart
+  EXPECT_LT((*place - *without).norm(), 0.25f);
 }
 
 TEST_F(Viewpoint, DegenerateInputIsSurvived)

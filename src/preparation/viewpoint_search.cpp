@@ -32,16 +32,17 @@ drawPoints(const Eigen::Matrix3Xf& points, Eigen::Index most)
   return drawn;
 }
 
-/// A grid with about as many directions as \p points.
+/// A grid with about four directions for each of so many points (see ViewpointSearchConfig::Level).
 DirectionGrid
 gridFor(Eigen::Index points)
 {
-  return DirectionGrid(std::min(1.0, std::sqrt(4 * kPi / static_cast<double>(points))));
+  return DirectionGrid(std::min(1.0, std::sqrt(kPi / static_cast<double>(points))));
 }
 
 /// In how many directions something is seen.
 struct DirectionCounts {
   int occupied = 0;   ///< something is seen
+  int several = 0;    ///< several returns
   int two_depths = 0; ///< the farthest is beyond a ratio of the nearest and a margin
 };
 
@@ -51,13 +52,15 @@ countDirections(const std::vector<DepthSpan>& spans, double ratio, double margin
   const DepthSpan* const first = spans.data();
   const std::size_t n = spans.size();
   int occupied = 0;
+  int several = 0;
   int two_depths = 0;
   for (std::size_t i = 0; i < n; ++i) {
     occupied += static_cast<int>(first[i].nearest > 0);
+    several += static_cast<int>(first[i].farthest > first[i].nearest);
     two_depths += static_cast<int>(static_cast<double>(first[i].farthest) >
                                    ratio * static_cast<double>(first[i].nearest) + margin);
   }
-  return {occupied, two_depths};
+  return {occupied, several, two_depths};
 }
 
 /// The objective of the search: how well some points may have been seen from a place.
@@ -74,12 +77,12 @@ public:
     const DirectionCounts counts = count(place);
     return (counts.occupied - config_.two_depth_weight * counts.two_depths) / static_cast<double>(points_.cols());
   }
-  /// Whether few of the directions in which something is seen from \p place hold two depths.
+  /// Whether few of the directions that hold several returns, seen from \p place, hold two depths.
   bool
   isClear(const Eigen::Vector3f& place) const
   {
     const DirectionCounts counts = count(place);
-    return counts.two_depths <= config_.max_two_depths * counts.occupied;
+    return counts.two_depths <= config_.max_two_depths * counts.several;
   }
   /// Whether \p place is rated markedly higher than the places around it.
   bool
