@@ -4,7 +4,10 @@
 // ssfr_map as its users run it: exit codes, messages, files, resuming. PCL_SSFR_MAP is the path of the program.
 
 #include <apps/io/csv_line.h>
+#include <apps/io/e57_format.h>
+#include <apps/io/e57_writer.h>
 #include <apps/io/file_bytes.h>
+#include <apps/io/loaded_cloud.h>
 #include <apps/map/control_points.h>
 #include <apps/map/map_files.h>
 #include <apps/map/map_inputs.h>
@@ -248,6 +251,126 @@ TEST_F(Program, aBrokenScanIsOneRow)
       EXPECT_THAT(row.back(), HasSubstr("same points as s0.pcd"));
     }
   }
+}
+
+/// Rows of a table by the first field, without the header.
+std::map<std::string, std::vector<std::string>>
+byFirstField(const std::vector<std::vector<std::string>>& rows)
+{
+  std::map<std::string, std::vector<std::string>> found;
+  for (std::size_t i = 1; i < rows.size(); ++i)
+    found[rows[i][0]] = rows[i];
+  return found;
+}
+
+TEST_F(Program, allScansOfAnE57File)
+{
+  if (!PCL_SSFR_READS_E57)
+    GTEST_SKIP() << "built without pugixml";
+  // Scans with a name, with one that is a number, with none; the poses in the file are those of the truth.
+  const auto truth = apps::readPoses(folder_->file("poses.txt"));
+  std::filesystem::create_directories(out("in"));
+  const std::string file = out("in") + "/house.e57";
+  io::E57Writer writer(file);
+  writer.addScan("Lobby, 1.2", io::loadCloud(scans() + "/s0.pcd"), truth.at("s0.pcd"));
+  writer.addScan("1", io::loadCloud(scans() + "/s1.pcd"), truth.at("s1.pcd"));
+  writer.addScan("", io::loadCloud(scans() + "/s3.pcd"), truth.at("s3.pcd"));
+  writer.finish();
+
+  const Outcome result = run("'" + file + "' --out '" + out() + "' --truth '" + file + "'");
+  ASSERT_EQ(result.code, 0) << result.err;
+  const auto poses = table(out() + "/poses.csv");
+  ASSERT_EQ(poses.size(), 4U);
+  EXPECT_EQ(poses[1][0], "house.e57#Lobby, 1.2");
+  EXPECT_EQ(poses[2][0], "house.e57#2");
+  EXPECT_EQ(poses[3][0], "house.e57#3");
+  const auto json = nlohmann::json::parse(io::readFile(out() + "/map.json"));
+  EXPECT_EQ(json["truth"]["placed"], 3); // by names as well as by numbers
+  EXPECT_EQ(json["truth"]["wrong"], 0);
+  EXPECT_LT(json["truth"]["largest_translation_m"], 0.02);
+
+  // The same map as of the files that it was made of: points are in the frames of the sensors.
+  std::filesystem::create_directories(out("files"));
+  for (const char* name : {"s0.pcd", "s1.pcd", "s3.pcd"})
+    std::filesystem::copy(scans() + "/" + name, out("files"));
+  ASSERT_EQ(run("'" + out("files") + "' --out '" + out("of files") + "'").code, 0);
+  const auto same = table(out("of files") + "/poses.csv");
+  for (std::size_t i = 1; i < same.size(); ++i)
+    EXPECT_TRUE(std::equal(same[i].begin() + 1, same[i].end(), poses[i].begin() + 1)) << i;
+
+  // In a folder beside other files; scans by name, by number and by what is behind the stroke.
+  std::filesystem::copy(scans() + "/a, b.pcd", out("in"));
+  const Outcome mended = run("'" + out("in") + "' --out '" + out("more") +
+                             "' --reject '\"Lobby, 1.2\",house.e57#2' --reject 'house.e57#1,3' "
+                             "--pin 3");
+  EXPECT_LE(mended.code, 1) << mended.err;
+  const auto rows = byFirstField(table(out("more") + "/poses.csv"));
+  EXPECT_EQ(rows.size(), 4U);
+  EXPECT_EQ(rows.at("house.e57#3")[2], "1"); // T00 of the one that is pinned
+  std::size_t rejected = 0;
+  for (const auto& row : table(out("more") + "/links.csv"))
+    if (row[2] == "rejected" && row[12].find("person") != std::string::npos)
+      ++rejected;
+  EXPECT_EQ(rejected, 2U);
+
+  // What is wrong is one line.
+  const Outcome none = run("'" + file + "#Hall' '" + scans() + "' --out '" + out("none") + "'");
+  EXPECT_EQ(none.code, 3);
+  EXPECT_THAT(none.err, HasSubstr("house.e57: no scan is called 'Hall'; it holds "));
+  EXPECT_THAT(none.err, HasSubstr("house.e57#1 ('Lobby, 1.2', "));
+  EXPECT_EQ(std::count(none.err.begin(), none.err.end(), '\n'), 1);
+  EXPECT_EQ(run("'" + file + "#1' --out '" + out("none") + "'").code, 2); // one scan
+}
+
+TEST(MapInputs, scansOfE57Files)
+{
+  if (!PCL_SSFR_READS_E57)
+    GTEST_SKIP() << "built without pugixml";
+  TemporaryFolder folder;
+  const auto write = [&](const std::string& name, const std::vector<std::string>& scans) {
+    std::filesystem::create_directories(std::filesystem::path(folder.file(name)).parent_path());
+    io::E57Writer writer(folder.file(name));
+    io::LoadedCloud cloud;
+    for (const char* axis : {"x", "y", "z"})
+      io::addField(cloud.table, axis, pcl::PCLPointField::FLOAT32);
+    io::resizeTable(cloud.table, 1);
+    for (const std::string& scan : scans)
+      writer.addScan(scan, cloud, Eigen::Isometry3d::Identity());
+    writer.finish();
+  };
+  write("a/x.e57", {"hall", "way/out", "hall"});
+  write("b/x.e57", {"hall", "yard"});
+  write("b/one.E57", {"hall"});
+  io::writeFile(folder.file("b/broken.e57"), "no e57");
+  const auto named = [&](const std::vector<std::string>& inputs) {
+    std::vector<std::string> paths;
+    for (const std::string& input : inputs)
+      paths.push_back(folder.file(input));
+    std::string text;
+    for (const apps::MapInputFile& file : apps::findScans(paths))
+      text += file.name + " = " + file.path.substr(folder.file("").size()) + "; ";
+    return text;
+  };
+  EXPECT_EQ(named({"a"}), "x.e57#1 = a/x.e57#1; x.e57#way/out = a/x.e57#2; x.e57#3 = a/x.e57#3; ");
+  EXPECT_EQ(named({"b"}),
+            "broken.e57 = b/broken.e57; one.E57 = b/one.E57; x.e57#hall = b/x.e57#1; x.e57#yard = b/x.e57#2; ");
+  // Files of one name, and a scan that is given three times.
+  EXPECT_EQ(named({"a/x.e57#1", "b/x.e57", "b/x.e57#1", "b/x.e57#hall", "a/x.e57#way/out"}),
+            "x.e57#1 = a/x.e57#1; x.e57#hall = b/x.e57#1; x.e57#yard = b/x.e57#2; x.e57#way/out = a/x.e57#2; ");
+  write("c/x.e57", {"hall", "yard"});
+  EXPECT_EQ(named({"b/x.e57#hall", "c/x.e57#1", "c/x.e57#2"}),
+            "b/x.e57#hall = b/x.e57#1; c/x.e57#hall = c/x.e57#1; x.e57#yard = c/x.e57#2; ");
+  EXPECT_THROW(named({"a/x.e57#hall"}), io::IoError); // two of them
+  EXPECT_THROW(named({"a/x.e57#4"}), io::IoError);
+  EXPECT_THROW(named({"a/y.e57#1"}), io::IoError);
+
+  EXPECT_THAT(apps::namesOfScan("b/x.e57#way/out"),
+              ElementsAre("b/x.e57#way/out", "x.e57#way/out", "x#way/out", "way/out"));
+  EXPECT_THAT(apps::namesOfScan("b/s.1.pcd"), ElementsAre("b/s.1.pcd", "s.1.pcd", "s.1"));
+  EXPECT_TRUE(io::isE57("a.E57"));
+  EXPECT_TRUE(io::isE57("a.e57#b"));
+  EXPECT_FALSE(io::isE57("a.e57.pcd"));
+  EXPECT_FALSE(io::isE57(".e57"));
 }
 
 /// Lines of a control file: places that scans show, true in a site frame far from the origin.

@@ -14,6 +14,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <map>
 
 namespace pcl_ssfr {
 namespace io {
@@ -41,8 +42,9 @@ pickAt(std::string_view path)
 }
 
 /// "hall.e57#1 ('Hall', 1000 points), hall.e57#2 (2000 points)"
+template <typename Scan>
 std::string
-listing(const std::string& file, const std::vector<E57Structure>& scans)
+listing(const std::string& file, const std::vector<Scan>& scans)
 {
   std::string text;
   for (std::size_t i = 0; i < std::min(scans.size(), kListed); ++i)
@@ -61,14 +63,22 @@ structuresOf(E57PageReader& pages)
   return scans;
 }
 
-/// The scan that \p pick names: its number, counted from 1, or its name.
+/// The number that \p pick is, counted from 1; 0 when it is none up to \p count.
 std::size_t
-pickScan(const std::string& file, std::string_view pick, const std::vector<E57Structure>& scans)
+numberOf(std::string_view pick, std::size_t count)
 {
   std::size_t number = 0;
   const auto [end, error] = std::from_chars(pick.data(), pick.data() + pick.size(), number);
   const bool is_number = error == std::errc() && end == pick.data() + pick.size() && pick[0] != '0';
-  if (is_number && number <= scans.size())
+  return is_number && number <= count ? number : 0;
+}
+
+/// The scan that \p pick names: its number, counted from 1, or its name.
+template <typename Scan>
+std::size_t
+pickScan(const std::string& file, std::string_view pick, const std::vector<Scan>& scans)
+{
+  if (const std::size_t number = numberOf(pick, scans.size()); number > 0)
     return number - 1;
   std::vector<std::size_t> found;
   for (std::size_t i = 0; i < scans.size(); ++i)
@@ -292,16 +302,35 @@ fileOfScan(const std::string& path)
   return path.substr(0, pickAt(path));
 }
 
+bool
+isE57(const std::string& path)
+{
+  return pickAt(path + '#') == fileOfScan(path).size();
+}
+
 std::vector<E57Scan>
 listE57Scans(const std::string& path)
 {
   const FileBytes source(path);
   E57PageReader pages(path, source);
+  const std::vector<E57Structure> structures = structuresOf(pages);
+  std::map<std::string, std::size_t> named;
+  for (const E57Structure& scan : structures)
+    ++named[scan.name];
   std::vector<E57Scan> scans;
-  for (const E57Structure& scan : structuresOf(pages))
+  for (const E57Structure& scan : structures) {
+    const std::string number = std::to_string(scans.size() + 1);
+    const bool by_name = !scan.name.empty() && named[scan.name] == 1 && numberOf(scan.name, structures.size()) == 0;
     scans.push_back(
-        {path + '#' + std::to_string(scans.size() + 1), scan.name, scan.guid, scan.records, scan.T_file_scan});
+        {path + '#' + number, scan.name, scan.guid, scan.records, scan.T_file_scan, by_name ? scan.name : number});
+  }
   return scans;
+}
+
+std::size_t
+findE57Scan(const std::string& file, const std::string& pick, const std::vector<E57Scan>& scans)
+{
+  return pickScan(file, pick, scans);
 }
 
 RawCloud

@@ -24,13 +24,24 @@ struct E57Scan {
   std::string guid;                             ///< as in the file
   std::uint64_t records = 0;                    ///< points, those without a return included; as the file says
   std::optional<Eigen::Isometry3d> T_file_scan; ///< maps points of the scan into the frame of the file [m]
+  std::string pick; ///< what to call it by: its name where no other scan of the file and no number is meant, else "2"
 };
+
+/// True for "hall.e57" in any case of letters, with a pick or without.
+bool
+isE57(const std::string& path);
 
 /** \brief The scans of an E57 file in their order; their points are not read.
  * \throw IoError when the file cannot be read or holds no scan
  */
 std::vector<E57Scan>
 listE57Scans(const std::string& path);
+
+/** \brief The scan that "hall.e57#2" or "hall.e57#Lobby" picks, its place in the list of the file.
+ * \throw IoError that lists the scans when \p pick is none of them or may be several
+ */
+std::size_t
+findE57Scan(const std::string& file, const std::string& pick, const std::vector<E57Scan>& scans);
 
 /// The path of a scan without "#2" or "#NAME" behind an E57 file: the file that holds the scan.
 std::string

@@ -3,6 +3,7 @@
 
 #include <apps/map/map_inputs.h>
 
+#include <apps/io/e57_format.h>
 #include <apps/io/loaded_cloud.h>
 
 #include <algorithm>
@@ -69,7 +70,51 @@ tailOf(const std::string& path, std::size_t parts)
   return at == std::string::npos || at == 0 ? path : path.substr(at + 1);
 }
 
+/// A scan, its file and what its name has behind that of the file.
+struct FoundScan {
+  std::string path;
+  std::string file;
+  std::string pick; ///< empty, or with its "#"
+};
+
+/// The scans of a file; of an E57 file those that are in it.
+std::vector<FoundScan>
+scansOf(const std::string& path)
+{
+  const std::string file = io::fileOfScan(path);
+  if (!io::isE57(path))
+    return {{path, path, ""}};
+  std::vector<io::E57Scan> scans;
+  try {
+    scans = io::listE57Scans(file);
+  }
+  catch (const io::IoError&) {
+    return {{path, file, path.substr(file.size())}};
+  }
+  if (file != path) {
+    const std::size_t picked = io::findE57Scan(file, path.substr(file.size() + 1), scans);
+    return {{scans[picked].path, file, '#' + scans[picked].pick}};
+  }
+  if (scans.size() == 1)
+    return {{file, file, ""}};
+  std::vector<FoundScan> found;
+  for (const io::E57Scan& scan : scans)
+    found.push_back({scan.path, file, '#' + scan.pick});
+  return found;
+}
+
 } // namespace
+
+std::vector<std::string>
+namesOfScan(const std::string& name)
+{
+  const std::string file = tailOf(io::fileOfScan(name), 1);
+  const std::string pick = name.substr(io::fileOfScan(name).size());
+  std::vector<std::string> names = {name, file + pick, file.substr(0, file.find_last_of('.')) + pick};
+  if (!pick.empty())
+    names.push_back(pick.substr(1));
+  return names;
+}
 
 std::vector<MapInputFile>
 findScans(const std::vector<std::string>& inputs)
@@ -78,7 +123,7 @@ findScans(const std::vector<std::string>& inputs)
   for (const std::string& input : inputs) {
     std::error_code error;
     if (!fs::is_directory(input, error)) {
-      if (!fs::exists(input.substr(0, input.rfind('#')), error) && !fs::exists(input, error))
+      if (!fs::exists(io::fileOfScan(input), error))
         throw io::IoError(input + ": no such file or folder");
       paths.push_back(input);
       continue;
@@ -93,21 +138,26 @@ findScans(const std::vector<std::string>& inputs)
     paths.insert(paths.end(), found.begin(), found.end());
   }
   std::set<std::string> seen;
+  std::vector<FoundScan> scans;
   std::vector<MapInputFile> files;
-  for (const std::string& path : paths) {
-    std::error_code error;
-    if (seen.insert(fs::weakly_canonical(path, error).string()).second)
-      files.push_back({path, tailOf(path, 1)});
-  }
+  for (const std::string& path : paths)
+    for (FoundScan& scan : scansOf(path)) {
+      std::error_code error;
+      const std::string file = fs::weakly_canonical(scan.file, error).string();
+      if (!seen.insert(file + scan.path.substr(scan.file.size())).second)
+        continue;
+      files.push_back({scan.path, tailOf(scan.file, 1) + scan.pick});
+      scans.push_back(std::move(scan));
+    }
   // As much of the folders as it takes, of those that share a name only.
   for (std::size_t parts = 2;; ++parts) {
     std::map<std::string, std::size_t> count;
     for (const MapInputFile& file : files)
       ++count[file.name];
     bool is_done = true;
-    for (MapInputFile& file : files)
-      if (count[file.name] > 1 && file.name != file.path) {
-        file.name = tailOf(file.path, parts);
+    for (std::size_t i = 0; i < files.size(); ++i)
+      if (count[files[i].name] > 1 && files[i].name != scans[i].file + scans[i].pick) {
+        files[i].name = tailOf(scans[i].file, parts) + scans[i].pick;
         is_done = false;
       }
     if (is_done)

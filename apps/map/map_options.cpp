@@ -35,10 +35,12 @@ describeOptions()
       "merged-leaf", text("M"), "spacing that each scan is thinned to in it [m], 0: every point (default: 0.02)")(
       "tum", "write poses.tum besides: one line a scan, its number, position and quaternion")(
       "json", text("FILE"), "write map.json there too, '-' is the standard output")(
-      "truth", text("FILE"), "compare with these poses (poses.txt: scan tx ty tz qx qy qz qw, or a poses.csv)");
+      "truth",
+      text("FILE"),
+      "compare with these poses (poses.txt: scan tx ty tz qx qy qz qw, a poses.csv, or those in an E57 file)");
   po::options_description known("What you know", kHelpWidth);
   known.add_options()("gravity", text("X,Y,Z"), "up in the frame of every scan, to five degrees")(
-      "poses", text("FILE"), "approximate poses (as --truth): only links near them are looked for")(
+      "poses", text("FILE"), "approximate poses (files as of --truth): only links near them are looked for")(
       "pose-tolerance", text("DEG,M"), "how near these are (default: 10,1)")(
       "control",
       text("FILE"),
@@ -154,7 +156,8 @@ mapHelp()
   std::ostringstream text;
   text << "Usage: ssfr_map INPUT... --out DIR [options]\n\n"
           "Places many scans of one building or street in one frame: unordered scans in, one consistent map out, with\n"
-          "standard deviations and a report. INPUT is a scan or a folder of scans. No order and no guess is needed.\n"
+          "standard deviations and a report. INPUT is a scan, a folder of scans, or an E57 file with several scans\n"
+          "(site.e57: all of them, site.e57#2 and site.e57#Lobby: one). No order and no guess is needed.\n"
           "What no sure evidence connects stays apart: the report names the reasons, and what may be accepted.\n\n"
           "Scans are read by their extension: "
        << io::readableFormats()

@@ -117,15 +117,18 @@ private:
   {
     int found = -1;
     for (std::size_t i = 0; i < files_.size(); ++i) {
-      const std::string stem = fs::path(files_[i].name).stem().string();
       if (files_[i].name == name || files_[i].path == name)
         return static_cast<int>(i);
-      if (fs::path(files_[i].name).filename().string() == name || stem == name) {
-        if (found >= 0)
-          throw UsageError(std::string("--") + option + ": " + io::inQuotes(name) + " may be " +
-                           files_[static_cast<std::size_t>(found)].name + " or " + files_[i].name);
-        found = static_cast<int>(i);
-      }
+      // The path has the number of a scan in an E57 file, the name may have its name.
+      std::vector<std::string> names = namesOfScan(files_[i].name);
+      const std::vector<std::string> more = namesOfScan(files_[i].path);
+      names.insert(names.end(), more.begin(), more.end());
+      if (std::find(names.begin(), names.end(), name) == names.end())
+        continue;
+      if (found >= 0)
+        throw UsageError(std::string("--") + option + ": " + io::inQuotes(name) + " may be " +
+                         files_[static_cast<std::size_t>(found)].name + " or " + files_[i].name);
+      found = static_cast<int>(i);
     }
     if (found < 0)
       throw UsageError(std::string("--") + option + ": " + io::inQuotes(name) + " is none of the scans");

@@ -5,6 +5,7 @@
 
 #include "common/rotation_math.h"
 
+#include <apps/io/e57_format.h>
 #include <apps/io/file_bytes.h>
 #include <apps/io/text_scanner.h>
 #include <apps/io/transform_file.h>
@@ -91,14 +92,37 @@ readLines(const std::string& path)
   return poses;
 }
 
+/// By number and by name, and with the name of the file before these.
+std::map<std::string, Eigen::Isometry3d>
+readE57Poses(const std::string& path)
+{
+  std::map<std::string, Eigen::Isometry3d> poses;
+  const std::string file = path.substr(path.find_last_of('/') + 1) + '#';
+  std::size_t number = 0;
+  for (const io::E57Scan& scan : io::listE57Scans(path)) {
+    ++number;
+    if (scan.T_file_scan)
+      for (const std::string& name : {std::to_string(number), scan.pick}) {
+        poses[name] = *scan.T_file_scan;
+        poses[file + name] = *scan.T_file_scan;
+      }
+  }
+  return poses;
+}
+
+std::map<std::string, Eigen::Isometry3d>
+readTableOrLines(const std::string& path)
+{
+  CsvTable table(path);
+  return table.has("scan") && table.has("T00") ? readTable(table) : readLines(path);
+}
+
 } // namespace
 
 std::map<std::string, Eigen::Isometry3d>
 readPoses(const std::string& path)
 {
-  CsvTable table(path);
-  std::map<std::string, Eigen::Isometry3d> poses =
-      table.has("scan") && table.has("T00") ? readTable(table) : readLines(path);
+  std::map<std::string, Eigen::Isometry3d> poses = io::isE57(path) ? readE57Poses(path) : readTableOrLines(path);
   if (poses.empty())
     throw io::IoError(path + ": holds no pose");
   return poses;

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <apps/io/io_error.h>
+#include <apps/map/map_inputs.h>
 
 #include <Eigen/Geometry>
 
@@ -17,19 +18,18 @@ namespace apps {
 /** \brief Poses of scans by their names: T_map_scan.
  *
  * Either lines "scan tx ty tz qx qy qz qw" or "scan T00 T01 ... T33", or a CSV file with the columns scan and T00..T33
- * (of a poses.csv with several components, those of component 0). \throw io::IoError naming file, line and value
+ * (of a poses.csv with several components, those of component 0), or an E57 file whose scans have poses; these are
+ * named by their numbers and, where it is clear, by their names. \throw io::IoError naming file, line and value
  */
 std::map<std::string, Eigen::Isometry3d>
 readPoses(const std::string& path);
 
-/// The entry of a scan: by its name, or by its name without folder and extension; null when there is none.
+/// The entry of a scan by one of namesOfScan(); null when there is none.
 template <typename Value>
 const Value*
 findByName(const std::map<std::string, Value>& values, const std::string& name)
 {
-  const std::size_t slash = name.find_last_of('/');
-  const std::string file = slash == std::string::npos ? name : name.substr(slash + 1);
-  for (const std::string& key : {name, file, file.substr(0, file.find_last_of('.'))}) {
+  for (const std::string& key : namesOfScan(name)) {
     const auto found = values.find(key);
     if (found != values.end())
       return &found->second;
