@@ -188,6 +188,49 @@ TEST(Pcd, noPointsIsAnEmptyCloud)
   EXPECT_EQ(io::parseCloud("a.pcd", pcdHeader("0", "ascii")).points->size(), 0U);
 }
 
+TEST(Pcd, headersOfAnyLengthAreReadInPieces)
+{
+  // Comments so long that each byte of the end of the header is the last one of a piece once.
+  const std::string end = "FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 1\nHEIGHT 1\nPOINTS 1\nDATA ";
+  const std::string point = bytesOf(1.0F) + bytesOf(-2.0F) + bytesOf(3.0F);
+  const std::string packed = bytesOf(13U) + bytesOf(12U) + '\13' + point;
+  for (const std::size_t piece : {std::size_t{1} << 14, std::size_t{1} << 18})
+    for (std::size_t length = piece - end.size() - 30; length < piece + 2; ++length) {
+      const std::string comment = "#" + std::string(length - 2, 'c') + "\n";
+      for (const std::string& data :
+           {"binary\n" + point, std::string("ascii\n1 -2 3\n"), "binary_compressed\n" + packed}) {
+        const auto cloud = io::parseCloud("a.pcd", comment + end + data);
+        ASSERT_EQ(cloud.points->size(), 1U) << length;
+        ASSERT_EQ((*cloud.points)[0].y, -2) << length;
+      }
+    }
+}
+
+TEST(ScanPoints, takeTwelveBytesAPoint)
+{
+  constexpr std::uint32_t kPoints = 9500; // several blocks; from 10 km on coordinates are double
+  std::string pcd = pcdHeader(std::to_string(kPoints), "binary");
+  pcd.replace(pcd.find("SIZE 4 8"), 8, "SIZE 4 4");
+  pcd.replace(pcd.find("COUNT 1 1 1 3"), 13, "COUNT 1 1 1 30");
+  for (std::uint32_t i = 0; i < kPoints; ++i)
+    pcd += bytesOf(static_cast<float>(i)) + bytesOf(2.5F) + bytesOf(3.5F) + std::string(30, 'c') +
+           bytesOf(std::uint16_t{7});
+  for (const auto& [name, bytes] : {std::pair<std::string, std::string>("a.pcd", pcd),
+                                    std::pair<std::string, std::string>("a.las", makeLas(4, 10, 67, kPoints))}) {
+    const io::ScanPoints points = io::parseScanPoints(name, bytes);
+    ASSERT_EQ(points.size, kPoints) << name;
+    EXPECT_EQ(points.bytes.capacity(), 12 * kPoints) << name;
+    testing::requireSamePoints(name, io::parseCloud(name, bytes), points);
+  }
+  // Map coordinates are relative to their offset here, too.
+  const std::string far = makeLas(2, 3, 34, 100, 5e6);
+  const io::ScanPoints points = io::parseScanPoints("a.las", far);
+  EXPECT_GT(points.offset.norm(), 5e6);
+  testing::requireSamePoints("a.las", io::parseCloud("a.las", far), points);
+  EXPECT_EQ(io::parseScanPoints("a.pcd", pcdHeader("0", "binary")).size, 0U);
+  EXPECT_THROW(io::parseScanPoints("a.pcd", ""), io::IoError);
+}
+
 TEST(BinaryFormats, mutationsNeverCrash)
 {
   std::string kitti;

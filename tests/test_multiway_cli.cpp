@@ -9,6 +9,7 @@
 #include <apps/io/file_bytes.h>
 #include <apps/io/loaded_cloud.h>
 #include <apps/map/control_points.h>
+#include <apps/map/map_clouds.h>
 #include <apps/map/map_files.h>
 #include <apps/map/map_inputs.h>
 #include <apps/map/map_options.h>
@@ -322,6 +323,93 @@ TEST_F(Program, allScansOfAnE57File)
   EXPECT_EQ(run("'" + file + "#1' --out '" + out("none") + "'").code, 2); // one scan
 }
 
+/// A scan with intensity and colour, and its sensor away from the origin, as a PCD file.
+void
+writeDecorated(const std::string& from, const std::string& to, const Eigen::Vector3d& sensor)
+{
+  const io::LoadedCloud cloud = io::loadCloud(from);
+  pcl::PointCloud<pcl::PointXYZI> points;
+  for (const auto& p : *cloud.points) {
+    pcl::PointXYZI point;
+    point.getVector3fMap() = p.getVector3fMap() + sensor.cast<float>();
+    point.intensity = p.x * 10;
+    points.push_back(point);
+  }
+  points.sensor_origin_.head<3>() = sensor.cast<float>();
+  pcl::io::savePCDFileBinary(to, points);
+}
+
+TEST_F(Program, scansAreWrittenWithTheirPoses)
+{
+  std::filesystem::create_directories(out("in"));
+  const Eigen::Vector3d sensor(1, -2, 0.5);
+  for (const char* name : {"s0.pcd", "s1.pcd"})
+    writeDecorated(scans() + "/" + name, out("in") + "/" + name, sensor);
+  std::filesystem::copy(scans() + "/s3.pcd", out("in"));
+  const std::string begin = "'" + out("in") + "' --out '" + out();
+  const Outcome result = run(begin + "' --e57 '" + out("map.e57") + "' --pcd '" + out("copies") + "'");
+  ASSERT_EQ(result.code, 0) << result.err;
+  const auto poses = apps::readPoses(out() + "/poses.csv");
+  for (const char* name : {"s0.pcd", "s1.pcd", "s3.pcd"}) {
+    SCOPED_TRACE(name);
+    const io::LoadedCloud scan = io::loadCloud(out("in") + "/" + name);
+    const Eigen::Vector3d place = scan.viewpoint.value_or(Eigen::Vector3d::Zero());
+    const Eigen::Isometry3d& pose = poses.at(name);
+    const io::LoadedCloud copy = io::loadCloud(out("copies") + "/" + name);
+    ASSERT_EQ(copy.points->size(), scan.points->size());
+    EXPECT_EQ(copy.has_intensity, scan.has_intensity);
+    for (std::size_t i = 0; i < scan.points->size(); i += 97)
+      ASSERT_LT(
+          ((*copy.points)[i].getVector3fMap().cast<double>() - pose * (*scan.points)[i].getVector3fMap().cast<double>())
+              .norm(),
+          1e-5);
+    const Eigen::Vector3d stands = pose * place;
+    if (stands.norm() > 1e-6) {
+      ASSERT_TRUE(copy.viewpoint);
+      EXPECT_LT((*copy.viewpoint - stands).norm(), 1e-6);
+    }
+    pcl::PointCloud<pcl::PointXYZ> by_pcl;
+    ASSERT_EQ(pcl::io::loadPCDFile(out("copies") + "/" + name, by_pcl), 0);
+    EXPECT_TRUE(by_pcl.sensor_orientation_.toRotationMatrix().cast<double>().isApprox(pose.linear(), 1e-6));
+    if (!PCL_SSFR_READS_E57)
+      continue;
+    const io::LoadedCloud again = io::loadCloud(out("map.e57") + "#" + std::filesystem::path(name).stem().string());
+    ASSERT_EQ(again.points->size(), scan.points->size());
+    EXPECT_EQ(again.has_intensity, scan.has_intensity);
+    for (std::size_t i = 0; i < scan.points->size(); ++i) {
+      ASSERT_LT(((*again.points)[i].getVector3fMap() + place.cast<float>() - (*scan.points)[i].getVector3fMap()).norm(),
+                1e-5F);
+      ASSERT_EQ((*again.points)[i].intensity, (*scan.points)[i].intensity);
+    }
+    ASSERT_TRUE(again.T_file_scan);
+    EXPECT_TRUE(again.T_file_scan->isApprox(pose * Eigen::Translation3d(place), 1e-12));
+  }
+  // A disk that is full: a line about it, and the map is there.
+  if (std::filesystem::exists("/dev/full")) {
+    std::filesystem::remove(out() + "/poses.csv");
+    std::filesystem::create_symlink("/dev/full", out("full.e57"));
+    const Outcome full = run(begin + "' --resume --e57 '" + out("full.e57") + "'");
+    EXPECT_EQ(full.code, 3);
+    EXPECT_THAT(full.err, HasSubstr("full.e57: cannot be written"));
+    EXPECT_EQ(table(out() + "/poses.csv").size(), 4U);
+  }
+}
+
+TEST(MapClouds, names)
+{
+  const auto named = [](const std::vector<std::string>& names) {
+    std::vector<apps::MapInputFile> files;
+    for (const std::string& name : names)
+      files.push_back({"in/" + name, name});
+    return files;
+  };
+  const auto files = named({"a/s.pcd", "b/s.pcd", "x.e57#way/out", "x.e57#2", "y.ply", "z.e57#way_out"});
+  EXPECT_THAT(apps::shortNames(files), ElementsAre("a/s.pcd", "b/s.pcd", "way/out", "2", "y", "way_out"));
+  EXPECT_THAT(apps::copyNames(files),
+              ElementsAre("a_s.pcd.pcd", "b_s.pcd.pcd", "way_out.pcd", "2.pcd", "y.pcd", "way_out_2.pcd"));
+  EXPECT_THAT(apps::copyNames(named({"x.e57#..", "x.e57#a b"})), ElementsAre("_...pcd", "a b.pcd"));
+}
+
 TEST(MapInputs, scansOfE57Files)
 {
   if (!PCL_SSFR_READS_E57)
@@ -497,6 +585,13 @@ TEST_F(Program, whatIsWrongIsOneLineThatNamesIt)
       {in + " --out '" + out() + "' --pin nothing", 2, "nothing"},
       {in + " --out '" + out() + "' --pairs some", 2, "--pairs"},
       {in + " --out '" + out() + "' --merged all.las", 2, "all.las"},
+      {in + " --out '" + out() + "' --merged all.e57", 2, "all.e57"},
+      {in + " --out '" + out() + "' --e57 all.pcd", 2, "--e57: all.pcd is not an .e57 file"},
+      {in + " --out '" + out() + "' --e57 'all.e57#1'", 2, "is not an .e57 file"},
+      {in + " --out '" + out() + "' --e57 /nowhere/all.e57", 3, "/nowhere/all.e57: the folder /nowhere does not exist"},
+      {in + " --out '" + out() + "' --merged '" + scans() + "/s0.pcd'", 2, "would replace the scan"},
+      {in + " --out '" + out() + "' --pcd " + in, 2, "would replace the scan"},
+      {in + " --out '" + out() + "' --pcd '" + scans() + "/s0.pcd'", 3, "s0.pcd: the folder cannot be created"},
       {"'" + scans() + "/s0.pcd' --out '" + out() + "'", 2, "two scans or more"},
       {"'" + out("missing") + "' --out '" + out() + "'", 3, "missing"},
       {in + " --out /proc/nowhere", 3, "/proc/nowhere"},

@@ -137,7 +137,7 @@ constexpr Scalar kScalars[] = {{"intensity", "intensity", Field::FLOAT32},
 /// Turns decoded records into a table.
 class TableBuilder {
 public:
-  TableBuilder(const std::string& path, const E57Structure& scan);
+  TableBuilder(const std::string& path, const E57Structure& scan, FieldChoice fields);
 
   /// Fields to decode, in the order in which columns arrive.
   const std::vector<std::size_t>&
@@ -192,7 +192,7 @@ private:
   std::size_t points_ = 0;
 };
 
-TableBuilder::TableBuilder(const std::string& path, const E57Structure& scan) : path_(path)
+TableBuilder::TableBuilder(const std::string& path, const E57Structure& scan, FieldChoice fields) : path_(path)
 {
   auto places = findVector(scan, kCartesian);
   if (!places) {
@@ -214,7 +214,7 @@ TableBuilder::TableBuilder(const std::string& path, const E57Structure& scan) : 
   invalid_ = want(findField(scan, spherical_ ? "sphericalInvalidState" : "cartesianInvalidState"));
   for (const Scalar& scalar : kScalars) {
     const auto place = findField(scan, scalar.name);
-    if (!place)
+    if (!place || !isKept(fields, scalar.ours))
       continue;
     if (std::strcmp(scalar.name, "intensity") == 0) {
       intensity_target_ = targets_.size();
@@ -223,7 +223,7 @@ TableBuilder::TableBuilder(const std::string& path, const E57Structure& scan) : 
     targets_.push_back({want(place), table_.point_step, scalar.datatype});
     addField(table_, scalar.ours, scalar.datatype);
   }
-  if (const auto colors = findVector(scan, kColors)) {
+  if (const auto colors = findVector(scan, kColors); colors && isKept(fields, "rgb")) {
     first_color_ = wanted_.size();
     for (std::size_t k = 0; k < colors->size(); ++k) {
       want((*colors)[k]);
@@ -334,7 +334,7 @@ findE57Scan(const std::string& file, const std::string& pick, const std::vector<
 }
 
 RawCloud
-readE57(const std::string& path, const ByteSource& source)
+readE57(const std::string& path, const ByteSource& source, FieldChoice fields)
 {
   const std::size_t pick = pickAt(path);
   const std::string file = path.substr(0, pick);
@@ -347,7 +347,7 @@ readE57(const std::string& path, const ByteSource& source)
   const E57Structure& scan = scans[pickScan(file, picked, scans)];
   RawCloud cloud;
   cloud.T_file_scan = scan.T_file_scan;
-  TableBuilder builder(path, scan);
+  TableBuilder builder(path, scan, fields);
   E57RecordReader records(pages, scan, builder.wanted());
   builder.reserve(scan.records);
   std::vector<std::vector<double>> columns;
@@ -355,12 +355,6 @@ readE57(const std::string& path, const ByteSource& source)
     builder.add(columns, count);
   cloud.table = builder.take();
   return cloud;
-}
-
-RawCloud
-readE57(const std::string& path, std::string_view bytes)
-{
-  return readE57(path, MemoryBytes(bytes));
 }
 
 } // namespace io

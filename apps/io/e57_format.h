@@ -56,11 +56,7 @@ fileOfScan(const std::string& path);
  * \throw IoError that lists the scans when the file has several and \p path picks none; when anything is damaged
  */
 RawCloud
-readE57(const std::string& path, const ByteSource& source);
-
-/// The same on the content of a file that is already in memory.
-RawCloud
-readE57(const std::string& path, std::string_view bytes);
+readE57(const std::string& path, const ByteSource& source, FieldChoice fields);
 
 } // namespace io
 } // namespace pcl_ssfr

@@ -75,6 +75,14 @@ colour(double value)
 
 } // namespace
 
+bool
+isKept(FieldChoice choice, std::string_view name)
+{
+  constexpr std::string_view kGeometry[] = {"x", "y", "z", "normal_x", "normal_y", "normal_z"};
+  return choice == FieldChoice::kAll ||
+         std::find(std::begin(kGeometry), std::end(kGeometry), name) != std::end(kGeometry);
+}
+
 std::size_t
 pointCount(const pcl::PCLPointCloud2& table)
 {

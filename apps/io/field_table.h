@@ -32,6 +32,19 @@ struct RawCloud {
   std::optional<Eigen::Isometry3d> T_file_scan;
 };
 
+/// Which fields of a file a reader keeps.
+enum class FieldChoice {
+  kAll,
+  kGeometry ///< coordinates and normals: what a registration takes
+};
+
+/// True when \p choice keeps the field that is called \p name in a table.
+bool
+isKept(FieldChoice choice, std::string_view name);
+
+/// Bytes of records that a reader takes from a file at a time.
+constexpr std::size_t kBlockBytes = std::size_t{1} << 18;
+
 /// Number of points of a table.
 std::size_t
 pointCount(const pcl::PCLPointCloud2& table);

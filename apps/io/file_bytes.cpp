@@ -104,10 +104,18 @@ FileBytes::read(std::uint64_t at, std::size_t count, char* to) const
 void
 writeFile(const std::string& path, std::string_view content)
 {
+  writeFile(path, {content});
+}
+
+void
+writeFile(const std::string& path, std::initializer_list<std::string_view> parts)
+{
   FilePtr file(std::fopen(path.c_str(), "wb"));
   if (!file)
     throw IoError(path + ": cannot be created: " + systemMessage());
-  const bool written = std::fwrite(content.data(), 1, content.size(), file.get()) == content.size();
+  bool written = true;
+  for (const std::string_view part : parts)
+    written = written && std::fwrite(part.data(), 1, part.size(), file.get()) == part.size();
   if (!written || std::fclose(file.release()) != 0)
     throw IoError(path + ": cannot be written: " + systemMessage());
 }

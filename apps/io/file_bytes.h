@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <cstring>
+#include <initializer_list>
 #include <string>
 #include <string_view>
 
@@ -24,6 +25,10 @@ readFile(const std::string& path);
  */
 void
 writeFile(const std::string& path, std::string_view content);
+
+/// The same with parts one after the other. \throw IoError
+void
+writeFile(const std::string& path, std::initializer_list<std::string_view> parts);
 
 /// Bytes that are read piece by piece: a file larger than memory, or what is in memory already.
 class ByteSource {

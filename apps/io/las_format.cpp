@@ -3,12 +3,11 @@
 
 #include <apps/io/las_format.h>
 
-#include <apps/io/file_bytes.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
+#include <string_view>
 
 namespace pcl_ssfr {
 namespace io {
@@ -64,8 +63,9 @@ struct LasHeader {
   std::array<double, 3> offset{};
 };
 
+/// \param[in] bytes the first of a file of \p size bytes, all that a header can have
 LasHeader
-readHeader(const std::string& path, std::string_view bytes)
+readHeader(const std::string& path, std::string_view bytes, std::uint64_t size)
 {
   if (bytes.substr(0, 4) != "LASF")
     throw IoError(path + ": not a LAS file: it starts with " + inQuotes(bytes.substr(0, 4)) + ", not 'LASF'");
@@ -96,13 +96,13 @@ readHeader(const std::string& path, std::string_view bytes)
     if (const auto count = valueAt<std::uint64_t>(bytes, kCountAt); count != 0)
       points = count;
   }
-  if (header.data_offset < kHeaderBytes || header.data_offset > bytes.size())
+  if (header.data_offset < kHeaderBytes || header.data_offset > size)
     throw IoError(path + ": offset to point data " + std::to_string(header.data_offset) + " is outside the file");
-  if (points > (bytes.size() - header.data_offset) / header.record ||
+  if (points > (size - header.data_offset) / header.record ||
       points > static_cast<std::uint64_t>(std::numeric_limits<std::int32_t>::max()))
     throw IoError(path + ": number of point records " + std::to_string(points) + " of " +
                   std::to_string(header.record) + " bytes do not fit into the " +
-                  std::to_string(bytes.size() - header.data_offset) + " bytes of point data");
+                  std::to_string(size - header.data_offset) + " bytes of point data");
   header.points = static_cast<std::size_t>(points);
   for (std::size_t k = 0; k < 3; ++k) {
     header.scale[k] = valueAt<double>(bytes, kScaleAt + k * sizeof(double));
@@ -128,24 +128,40 @@ colourAt(std::string_view record, std::size_t at)
            valueAt<std::uint16_t>(record, at + 4)}};
 }
 
+/// Call \p use with the bytes of each point record, one after the other.
+template <typename Use>
+void
+forEachRecord(const ByteSource& source, const LasHeader& header, const Use& use)
+{
+  const std::size_t in_block = std::max<std::size_t>(1, kBlockBytes / header.record);
+  std::string block;
+  for (std::size_t i = 0; i < header.points; i += in_block) {
+    block.resize(std::min(in_block, header.points - i) * header.record);
+    source.read(header.data_offset + std::uint64_t{i} * header.record, block.size(), block.data());
+    for (std::size_t at = 0; at < block.size(); at += header.record)
+      use(std::string_view(block).substr(at, header.record));
+  }
+}
+
 } // namespace
 
 RawCloud
-readLas(const std::string& path, std::string_view bytes)
+readLas(const std::string& path, const ByteSource& source, FieldChoice fields)
 {
-  const LasHeader header = readHeader(path, bytes);
-  const auto record = [&](std::size_t i) {
-    return bytes.substr(header.data_offset + i * header.record, header.record);
-  };
+  std::string head(static_cast<std::size_t>(std::min<std::uint64_t>(kHeaderBytes14, source.size())), '\0');
+  source.read(0, head.size(), head.data());
+  const LasHeader header = readHeader(path, head, source.size());
+  const bool has_time = header.format.time_at != 0 && isKept(fields, "gps_time");
+  const bool has_colour = header.format.rgb_at != 0 && isKept(fields, "rgb");
   double extent = 0;
   unsigned brightest = 0;
-  for (std::size_t i = 0; i < header.points; ++i) {
+  forEachRecord(source, header, [&](std::string_view from) {
     for (std::size_t k = 0; k < 3; ++k)
-      extent = std::max(extent, std::abs(coordinate(record(i), header, k)));
-    if (header.format.rgb_at != 0)
-      for (const unsigned value : colourAt(record(i), header.format.rgb_at))
+      extent = std::max(extent, std::abs(coordinate(from, header, k)));
+    if (has_colour)
+      for (const unsigned value : colourAt(from, header.format.rgb_at))
         brightest = std::max(brightest, value);
-  }
+  });
   const unsigned colour_shift = brightest > 255 ? 8 : 0; // the standard asks for 16 bits, many files hold 8
 
   RawCloud cloud;
@@ -153,16 +169,18 @@ readLas(const std::string& path, std::string_view bytes)
   const std::uint8_t xyz_type = extent > kLargeCoordinate ? Field::FLOAT64 : Field::FLOAT32;
   for (const char* name : {"x", "y", "z"})
     addField(table, name, xyz_type);
-  addField(table, "intensity", Field::FLOAT32);
-  addField(table, "classification", Field::UINT8);
-  if (header.format.time_at != 0)
+  const bool has_scalars = isKept(fields, "intensity");
+  if (has_scalars) {
+    addField(table, "intensity", Field::FLOAT32);
+    addField(table, "classification", Field::UINT8);
+  }
+  if (has_time)
     addField(table, "gps_time", Field::FLOAT64);
-  if (header.format.rgb_at != 0)
+  if (has_colour)
     addField(table, "rgb", Field::FLOAT32);
   resizeTable(table, header.points);
-  for (std::size_t i = 0; i < header.points; ++i) {
-    const std::string_view from = record(i);
-    std::uint8_t* to = table.data.data() + i * table.point_step;
+  std::uint8_t* to = table.data.data();
+  forEachRecord(source, header, [&](std::string_view from) {
     std::size_t field = 0;
     const auto put = [&](double value) {
       storeValue(to + table.fields[field].offset, table.fields[field].datatype, value);
@@ -170,19 +188,22 @@ readLas(const std::string& path, std::string_view bytes)
     };
     for (std::size_t k = 0; k < 3; ++k)
       put(coordinate(from, header, k));
-    put(valueAt<std::uint16_t>(from, kIntensityAt));
-    const unsigned classification = valueAt<std::uint8_t>(from, header.format.classification_at);
-    put(header.format.classification_at == kLegacyClassAt ? classification & kLegacyClassMask : classification);
-    if (header.format.time_at != 0)
+    if (has_scalars) {
+      put(valueAt<std::uint16_t>(from, kIntensityAt));
+      const unsigned classification = valueAt<std::uint8_t>(from, header.format.classification_at);
+      put(header.format.classification_at == kLegacyClassAt ? classification & kLegacyClassMask : classification);
+    }
+    if (has_time)
       put(valueAt<double>(from, header.format.time_at));
-    if (header.format.rgb_at != 0) {
+    if (has_colour) {
       const auto colour = colourAt(from, header.format.rgb_at);
       const std::uint32_t packed = packRgb(static_cast<std::uint32_t>(colour[0]) >> colour_shift,
                                            static_cast<std::uint32_t>(colour[1]) >> colour_shift,
                                            static_cast<std::uint32_t>(colour[2]) >> colour_shift);
       std::memcpy(to + table.fields[field].offset, &packed, sizeof(packed));
     }
-  }
+    to += table.point_step;
+  });
   return cloud;
 }
 

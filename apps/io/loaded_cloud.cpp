@@ -45,43 +45,63 @@ extensionOf(const std::string& scan)
   return extension;
 }
 
-using Reader = RawCloud (*)(const std::string& path, std::string_view bytes);
+/// How files of an extension are read: whole, or block by block.
+struct Reader {
+  const char* extension;
+  RawCloud (*whole)(const std::string& path, std::string_view bytes);
+  RawCloud (*blocks)(const std::string& path, const ByteSource& source, FieldChoice fields);
+
+  RawCloud
+  read(const std::string& path, const ByteSource& source, FieldChoice fields) const
+  {
+    if (source.size() == 0)
+      throw IoError(path + ": is empty");
+    if (blocks)
+      return blocks(path, source, fields);
+    std::string bytes(static_cast<std::size_t>(source.size()), '\0');
+    source.read(0, bytes.size(), bytes.data());
+    return whole(path, bytes);
+  }
+};
 
 /// The reader for the extension of \p path, null when there is none.
-Reader
+const Reader*
 readerFor(const std::string& path)
 {
-  struct Entry {
-    const char* extension;
-    Reader reader;
-  };
-  static constexpr Entry kReaders[] = {{".pcd", readPcd},
-                                       {".ply", readPly},
-                                       {".csv", readTextTable},
-                                       {".xyz", readTextTable},
-                                       {".txt", readTextTable},
-                                       {".asc", readTextTable},
-                                       {".pts", readTextTable},
-                                       {".ptx", readPtx},
-                                       {".3d", readThreedtk},
-                                       {".bin", readKitti},
-                                       {".las", readLas},
-                                       {".laz", readLas},
-                                       {kE57, readE57}};
+  static constexpr Reader kReaders[] = {{".pcd", nullptr, readPcd},
+                                        {".ply", readPly, nullptr},
+                                        {".csv", readTextTable, nullptr},
+                                        {".xyz", readTextTable, nullptr},
+                                        {".txt", readTextTable, nullptr},
+                                        {".asc", readTextTable, nullptr},
+                                        {".pts", readTextTable, nullptr},
+                                        {".ptx", readPtx, nullptr},
+                                        {".3d", readThreedtk, nullptr},
+                                        {".bin", readKitti, nullptr},
+                                        {".las", nullptr, readLas},
+                                        {".laz", nullptr, readLas},
+                                        {kE57, nullptr, readE57}};
   const std::string extension = extensionOf(path);
-  for (const Entry& entry : kReaders)
-    if (extension == entry.extension)
-      return entry.reader;
+  for (const Reader& reader : kReaders)
+    if (extension == reader.extension)
+      return &reader;
   return nullptr;
 }
 
-Reader
+const Reader&
 requireReader(const std::string& path)
 {
-  const Reader reader = readerFor(path);
+  const Reader* reader = readerFor(path);
   if (!reader)
     throw IoError(path + ": unknown format, the extension must be one of " + readableFormats());
-  return reader;
+  return *reader;
+}
+
+RawCloud
+readScan(const std::string& path, FieldChoice fields)
+{
+  const Reader& reader = requireReader(path);
+  return reader.read(path, FileBytes(fileOfScan(path)), fields);
 }
 
 Eigen::Vector3d
@@ -105,37 +125,54 @@ pointAt(const pcl::PCLPointCloud2& table, std::size_t i)
   return table.data.data() + i * table.point_step;
 }
 
-/// Turn the whole content of a file into what the tools work on.
-LoadedCloud
-finish(const std::string& path, RawCloud raw)
+/// The coordinates of a table. \throw IoError when it has none
+VectorFields
+requireCoordinates(const std::string& path, const pcl::PCLPointCloud2& table)
 {
+  const auto xyz = findVector(table, "x", "y", "z");
+  if (!xyz)
+    throw IoError(path + ": has no coordinates x, y, z");
+  return *xyz;
+}
+
+/// What the tools know of a scan besides its points.
+LoadedCloud
+describe(const std::string& path, RawCloud raw)
+{
+  const VectorFields xyz = requireCoordinates(path, raw.table);
   LoadedCloud cloud;
   cloud.path = path;
   cloud.viewpoint = raw.viewpoint;
   cloud.T_file_scan = raw.T_file_scan;
-  cloud.table = std::move(raw.table);
-  const auto xyz = findVector(cloud.table, "x", "y", "z");
-  if (!xyz)
-    throw IoError(path + ": has no coordinates x, y, z");
-  const auto normal = findVector(cloud.table, "normal_x", "normal_y", "normal_z");
-  const Field* intensity = findField(cloud.table, "intensity");
-  cloud.has_normals = normal.has_value();
+  const Field* intensity = findField(raw.table, "intensity");
+  cloud.has_normals = findVector(raw.table, "normal_x", "normal_y", "normal_z").has_value();
   cloud.has_intensity = intensity && intensity->count == 1;
-  const std::size_t count = pointCount(cloud.table);
-  cloud.offset = chooseOffset(count, [&](std::size_t i) { return loadVector(pointAt(cloud.table, i), *xyz); });
+  cloud.offset =
+      chooseOffset(pointCount(raw.table), [&](std::size_t i) { return loadVector(pointAt(raw.table, i), xyz); });
+  cloud.table = std::move(raw.table);
+  return cloud;
+}
 
+/// Add the points that the tools work on.
+LoadedCloud
+withPoints(LoadedCloud cloud)
+{
+  const VectorFields xyz = requireCoordinates(cloud.path, cloud.table);
+  const auto normal = findVector(cloud.table, "normal_x", "normal_y", "normal_z");
+  const Field* intensity = cloud.has_intensity ? findField(cloud.table, "intensity") : nullptr;
+  const std::size_t count = pointCount(cloud.table);
   cloud.points = pcl::make_shared<pcl::PointCloud<pcl::PointXYZINormal>>();
   cloud.points->resize(count);
   cloud.points->is_dense = true;
   for (std::size_t i = 0; i < count; ++i) {
     const std::uint8_t* from = pointAt(cloud.table, i);
     pcl::PointXYZINormal& to = (*cloud.points)[i];
-    const Eigen::Vector3d position = loadVector(from, *xyz) - cloud.offset;
+    const Eigen::Vector3d position = loadVector(from, xyz) - cloud.offset;
     to.getVector3fMap() = position.cast<float>();
     cloud.points->is_dense = cloud.points->is_dense && to.getVector3fMap().allFinite();
     if (normal)
       to.getNormalVector3fMap() = loadVector(from, *normal).cast<float>();
-    if (cloud.has_intensity)
+    if (intensity)
       to.intensity = static_cast<float>(loadValue(from + intensity->offset, intensity->datatype));
   }
   if (cloud.viewpoint)
@@ -191,6 +228,32 @@ moveTable(const pcl::PCLPointCloud2& source, const Eigen::Isometry3d& T)
   return result;
 }
 
+ScanPoints
+toScanPoints(const std::string& path, RawCloud raw)
+{
+  LoadedCloud cloud = describe(path, std::move(raw));
+  const VectorFields xyz = requireCoordinates(path, cloud.table);
+  const auto normal = findVector(cloud.table, "normal_x", "normal_y", "normal_z");
+  ScanPoints points;
+  points.size = pointCount(cloud.table);
+  points.has_normals = cloud.has_normals;
+  points.offset = cloud.offset;
+  points.viewpoint = cloud.viewpoint;
+  // In place: a point of the table takes as many bytes as its floats, or more.
+  const std::size_t step = points.stride() * sizeof(float);
+  for (std::size_t i = 0; i < points.size; ++i) {
+    const std::uint8_t* from = pointAt(cloud.table, i);
+    std::array<float, 6> floats{};
+    Eigen::Map<Eigen::Vector3f>(floats.data()) = (loadVector(from, xyz) - cloud.offset).cast<float>();
+    if (normal)
+      Eigen::Map<Eigen::Vector3f>(floats.data() + 3) = loadVector(from, *normal).cast<float>();
+    std::memcpy(cloud.table.data.data() + i * step, floats.data(), step);
+  }
+  points.bytes = std::move(cloud.table.data);
+  points.bytes.resize(points.size * step);
+  return points;
+}
+
 } // namespace
 
 const char*
@@ -208,24 +271,31 @@ isReadableFormat(const std::string& path)
 LoadedCloud
 parseCloud(const std::string& path, std::string_view bytes)
 {
-  const Reader reader = requireReader(path);
-  if (bytes.empty())
-    throw IoError(path + ": is empty");
-  return finish(path, reader(path, bytes));
+  return withPoints(describe(path, requireReader(path).read(path, MemoryBytes(bytes), FieldChoice::kAll)));
+}
+
+LoadedCloud
+loadTable(const std::string& path)
+{
+  return describe(path, readScan(path, FieldChoice::kAll));
 }
 
 LoadedCloud
 loadCloud(const std::string& path)
 {
-  requireReader(path);
-  if (extensionOf(path) == kE57) {
-    const FileBytes source(fileOfScan(path));
-    if (source.size() == 0)
-      throw IoError(path + ": is empty");
-    return finish(path, readE57(path, source));
-  }
-  const std::string bytes = readFile(path);
-  return parseCloud(path, bytes);
+  return withPoints(loadTable(path));
+}
+
+ScanPoints
+loadScanPoints(const std::string& path)
+{
+  return toScanPoints(path, readScan(path, FieldChoice::kGeometry));
+}
+
+ScanPoints
+parseScanPoints(const std::string& path, std::string_view bytes)
+{
+  return toScanPoints(path, requireReader(path).read(path, MemoryBytes(bytes), FieldChoice::kGeometry));
 }
 
 const char*

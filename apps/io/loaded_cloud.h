@@ -11,9 +11,11 @@
 
 #include <Eigen/Geometry>
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace pcl_ssfr {
 namespace io {
@@ -51,7 +53,45 @@ isReadableFormat(const std::string& path);
 LoadedCloud
 loadCloud(const std::string& path);
 
-/// The same on the content of a file that is already in memory; \p path gives the format and the name in messages.
+/// loadCloud() with LoadedCloud::points null: what it takes to write the scan again. \throw as loadCloud()
+LoadedCloud
+loadTable(const std::string& path);
+
+/// What a registration takes of a scan, as floats.
+struct ScanPoints {
+  std::vector<std::uint8_t> bytes; ///< of the floats
+  std::size_t size = 0;            ///< points: every one of the file in its order, NaN included
+  bool has_normals = false;
+  /// As LoadedCloud::offset: the points are relative to it [m].
+  Eigen::Vector3d offset = Eigen::Vector3d::Zero();
+  std::optional<Eigen::Vector3d> viewpoint; ///< as LoadedCloud::viewpoint
+
+  /// Floats of a point: x, y, z [m], and a normal where there are normals.
+  std::size_t
+  stride() const
+  {
+    return has_normals ? 6 : 3;
+  }
+  const float*
+  xyz() const
+  {
+    return reinterpret_cast<const float*>(bytes.data());
+  }
+};
+
+/** \brief The same numbers as of loadCloud() in little memory.
+ *
+ * Binary PCD, LAS and E57 are read block by block: at most 12 bytes a point with single precision, 24 with double, and
+ * as much again for normals. Others take the file and its table for a while. \throw as loadCloud()
+ */
+ScanPoints
+loadScanPoints(const std::string& path);
+
+/// loadScanPoints() on the content of a file that is already in memory.
+ScanPoints
+parseScanPoints(const std::string& path, std::string_view bytes);
+
+/// loadCloud() on the content of a file that is already in memory; \p path gives the format and the name in messages.
 LoadedCloud
 parseCloud(const std::string& path, std::string_view bytes);
 

@@ -3,15 +3,17 @@
 
 #include <apps/io/pcd_format.h>
 
-#include <apps/io/file_bytes.h>
 #include <apps/io/text_scanner.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <iomanip>
 #include <limits>
 #include <locale>
+#include <set>
 #include <sstream>
+#include <string_view>
 
 namespace pcl_ssfr {
 namespace io {
@@ -21,6 +23,9 @@ namespace {
 using Field = pcl::PCLPointField;
 
 constexpr std::size_t kMaxPointStep = 1U << 20; ///< longest point that we believe in [bytes]
+constexpr std::size_t kHeaderWindow = 1U << 14; ///< nearly every header is shorter ... [bytes]
+constexpr std::uint64_t kNextWindow = 16;
+constexpr std::size_t kLongestHeader = 1U << 22; ///< ... and every one than this, comments included [bytes]
 
 struct PcdField {
   std::string name;
@@ -190,22 +195,25 @@ readHeader(TextScanner& scanner)
   return header;
 }
 
-/// The table's layout: the fields of the file without padding.
+/// The table's layout: the fields of the file that are kept, without padding.
 pcl::PCLPointCloud2
-makeLayout(PcdHeader& header, const TextScanner& scanner)
+makeLayout(PcdHeader& header, const TextScanner& scanner, FieldChoice fields)
 {
+  const auto isLeftOut = [fields](const PcdField& field) {
+    return field.name == "_" || field.count == 0 || !isKept(fields, field.name);
+  };
   pcl::PCLPointCloud2 table;
+  std::set<std::string> names;
   for (const PcdField& field : header.fields) {
-    if (field.name == "_" || field.count == 0)
-      continue;
-    if (findField(table, field.name))
+    if (field.name != "_" && field.count > 0 && !names.insert(field.name).second)
       throw scanner.error("field " + inQuotes(field.name) + " occurs twice");
-    addField(table, field.name, field.datatype, static_cast<std::uint32_t>(field.count));
+    if (!isLeftOut(field))
+      addField(table, field.name, field.datatype, static_cast<std::uint32_t>(field.count));
   }
   if (!findVector(table, "x", "y", "z"))
     throw scanner.error("fields x, y and z of TYPE F are needed");
   for (PcdField& field : header.fields)
-    field.table_field = field.name == "_" || field.count == 0 ? nullptr : findField(table, field.name);
+    field.table_field = isLeftOut(field) ? nullptr : findField(table, field.name);
   return table;
 }
 
@@ -242,17 +250,40 @@ readAscii(TextScanner& scanner, const PcdHeader& header, pcl::PCLPointCloud2& ta
   }
 }
 
+/// Points as they are in the file, from byte \p data_at on.
 void
-readBinary(const TextScanner& scanner, const PcdHeader& header, pcl::PCLPointCloud2& table)
+readBinary(const TextScanner& scanner,
+           const PcdHeader& header,
+           const ByteSource& source,
+           std::uint64_t data_at,
+           pcl::PCLPointCloud2& table)
 {
-  checkSize(scanner, header.points, header.point_step, scanner.rest().size());
+  checkSize(scanner, header.points, header.point_step, static_cast<std::size_t>(source.size() - data_at));
   resizeTable(table, header.points);
-  const char* source = scanner.rest().data();
+  // Fields that follow each other in the file as in the table are copied at once.
+  struct Run {
+    std::size_t from, to, bytes;
+  };
+  std::vector<Run> runs;
+  for (const PcdField& field : header.fields) {
+    if (!field.table_field)
+      continue;
+    if (!runs.empty() && runs.back().from + runs.back().bytes == field.file_offset &&
+        runs.back().to + runs.back().bytes == field.table_field->offset)
+      runs.back().bytes += field.bytes();
+    else
+      runs.push_back({field.file_offset, field.table_field->offset, field.bytes()});
+  }
+  const std::size_t in_block = std::max<std::size_t>(1, kBlockBytes / std::max<std::size_t>(1, header.point_step));
+  std::string block;
   std::uint8_t* target = table.data.data();
-  for (std::size_t i = 0; i < header.points; ++i, source += header.point_step, target += table.point_step)
-    for (const PcdField& field : header.fields)
-      if (field.table_field)
-        std::memcpy(target + field.table_field->offset, source + field.file_offset, field.bytes());
+  for (std::size_t i = 0; i < header.points; i += in_block) {
+    block.resize(std::min(in_block, header.points - i) * header.point_step);
+    source.read(data_at + std::uint64_t{i} * header.point_step, block.size(), block.data());
+    for (std::size_t at = 0; at < block.size(); at += header.point_step, target += table.point_step)
+      for (const Run& run : runs)
+        std::memcpy(target + run.to, block.data() + at + run.from, run.bytes);
+  }
 }
 
 /** \brief Undo LZF compression: a control byte below 32 starts a run of literals, any other a copy from what was
@@ -342,23 +373,56 @@ pcdType(std::uint8_t datatype)
   }
 }
 
+/// The first \p count bytes of a file.
+std::string
+firstBytes(const ByteSource& source, std::uint64_t count)
+{
+  std::string bytes(static_cast<std::size_t>(std::min(count, source.size())), '\0');
+  source.read(0, bytes.size(), bytes.data());
+  return bytes;
+}
+
 } // namespace
 
 RawCloud
-readPcd(const std::string& path, std::string_view bytes)
+readPcd(const std::string& path, const ByteSource& source, FieldChoice fields)
 {
-  TextScanner scanner(bytes, path);
-  PcdHeader header = readHeader(scanner);
-  RawCloud cloud;
-  cloud.viewpoint = header.viewpoint;
-  cloud.table = makeLayout(header, scanner);
-  if (header.encoding == "ascii")
-    readAscii(scanner, header, cloud.table);
-  else if (header.encoding == "binary")
-    readBinary(scanner, header, cloud.table);
-  else
-    readCompressed(scanner, header, cloud.table);
-  return cloud;
+  std::string head;
+  const auto isWhole = [&] { return head.size() == source.size(); };
+  for (std::uint64_t window = kHeaderWindow;;) {
+    head = firstBytes(source, window);
+    TextScanner scanner(head, path);
+    PcdHeader header;
+    try {
+      header = readHeader(scanner);
+    }
+    catch (const IoError&) {
+      if (isWhole() || window >= kLongestHeader)
+        throw;
+      window *= kNextWindow;
+      continue;
+    }
+    if (scanner.rest().empty() && !isWhole()) { // its last line may be cut
+      window *= kNextWindow;
+      continue;
+    }
+    RawCloud cloud;
+    cloud.viewpoint = header.viewpoint;
+    cloud.table = makeLayout(header, scanner, fields);
+    if (header.encoding == "binary") {
+      readBinary(scanner, header, source, head.size() - scanner.rest().size(), cloud.table);
+      return cloud;
+    }
+    if (!isWhole()) { // these need all of it
+      window = source.size();
+      continue;
+    }
+    if (header.encoding == "ascii")
+      readAscii(scanner, header, cloud.table);
+    else
+      readCompressed(scanner, header, cloud.table);
+    return cloud;
+  }
 }
 
 void
@@ -386,9 +450,8 @@ writePcd(const std::string& path, const pcl::PCLPointCloud2& table, const Eigen:
          << "\nTYPE" << types.str() << "\nCOUNT" << counts.str() << "\nWIDTH " << points << "\nHEIGHT 1\nVIEWPOINT "
          << t.x() << ' ' << t.y() << ' ' << t.z() << ' ' << q.w() << ' ' << q.x() << ' ' << q.y() << ' ' << q.z()
          << "\nPOINTS " << points << "\nDATA binary\n";
-  std::string content = header.str();
-  content.append(reinterpret_cast<const char*>(table.data.data()), table.data.size());
-  writeFile(path, content);
+  writeFile(path,
+            {header.str(), std::string_view(reinterpret_cast<const char*>(table.data.data()), table.data.size())});
 }
 
 } // namespace io

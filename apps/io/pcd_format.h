@@ -4,23 +4,23 @@
 #pragma once
 
 #include <apps/io/field_table.h>
+#include <apps/io/file_bytes.h>
 #include <apps/io/io_error.h>
 
 #include <Eigen/Geometry>
 
 #include <string>
-#include <string_view>
 
 namespace pcl_ssfr {
 namespace io {
 
-/** \brief Read a PCD file (ascii, binary, binary_compressed), all fields but padding.
+/** \brief Read a PCD file (ascii, binary, binary_compressed), all fields but padding; a binary one block by block.
  *
  * The header is checked against the size of the file before anything is allocated, which PCL's own reader does not do.
  * A VIEWPOINT away from the origin becomes RawCloud::viewpoint. \throw IoError
  */
 RawCloud
-readPcd(const std::string& path, std::string_view bytes);
+readPcd(const std::string& path, const ByteSource& source, FieldChoice fields);
 
 /** \brief Write a binary PCD file.
  * \param[in] sensor where the sensor stands and how it is turned, in the coordinates of the points. \throw IoError

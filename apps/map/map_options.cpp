@@ -7,6 +7,7 @@
 
 #include <apps/common/command_line.h>
 #include <apps/io/csv_line.h>
+#include <apps/io/e57_format.h>
 #include <apps/io/io_error.h>
 #include <apps/io/loaded_cloud.h>
 #include <apps/methods/option_numbers.h>
@@ -33,6 +34,10 @@ describeOptions()
       "out", text("DIR"), "the folder that gets poses.csv, links.csv, map.json, report.html and map.sqlite")(
       "merged", text("FILE"), "write all scans of the largest component as one cloud (.pcd or .ply), coloured by scan")(
       "merged-leaf", text("M"), "spacing that each scan is thinned to in it [m], 0: every point (default: 0.02)")(
+      "e57", text("FILE"), "write its scans with their poses, intensities and colours into one E57 file")(
+      "pcd",
+      text("DIR"),
+      "write a PCD copy of each of its scans, moved into the map, with the pose of its sensor as VIEWPOINT")(
       "tum", "write poses.tum besides: one line a scan, its number, position and quaternion")(
       "json", text("FILE"), "write map.json there too, '-' is the standard output")(
       "truth",
@@ -133,14 +138,19 @@ parseMapArguments(const std::vector<std::string>& arguments)
   for (const std::string& text : textsOf(values, "reject"))
     result.rejected.push_back(pairOf("reject", text));
   result.control = textOf(values, "control");
-  result.merged = textOf(values, "merged");
-  if (!result.merged.empty() && !io::isWritableFormat(result.merged))
-    throw UsageError("--merged: " + result.merged + " is not a .pcd or .ply file");
+  CloudOutputs& clouds = result.clouds;
+  clouds.merged = textOf(values, "merged");
+  if (!clouds.merged.empty() && (!io::isWritableFormat(clouds.merged) || io::isE57(clouds.merged)))
+    throw UsageError("--merged: " + clouds.merged + " is not a .pcd or .ply file");
+  clouds.e57 = textOf(values, "e57");
+  if (!clouds.e57.empty() && (!io::isE57(clouds.e57) || io::fileOfScan(clouds.e57) != clouds.e57))
+    throw UsageError("--e57: " + clouds.e57 + " is not an .e57 file");
+  clouds.pcd = textOf(values, "pcd");
   if (const std::string leaf = textOf(values, "merged-leaf"); !leaf.empty()) {
-    if (result.merged.empty())
+    if (clouds.merged.empty())
       throw UsageError("--merged-leaf: there is no --merged");
-    result.merged_leaf = finiteNumbers("--merged-leaf", leaf, 1).front();
-    if (!(result.merged_leaf >= 0))
+    clouds.merged_leaf = finiteNumbers("--merged-leaf", leaf, 1).front();
+    if (!(clouds.merged_leaf >= 0))
       throw UsageError("--merged-leaf: " + io::inQuotes(leaf) + " is less than 0");
   }
   result.truth = textOf(values, "truth");
@@ -165,7 +175,8 @@ mapHelp()
           "Examples:\n"
           "  ssfr_map scans --out map                                   place all scans of a folder\n"
           "  ssfr_map scans --out map --accept s3.pcd,s9.pcd            mend: join two parts by hand, in seconds\n"
-          "  ssfr_map scans --out map --merged all.ply --merged-leaf 0.05\n\n"
+          "  ssfr_map scans --out map --merged all.ply --merged-leaf 0.05\n"
+          "  ssfr_map building.e57 --out map --e57 registered.e57       the same file with new poses\n\n"
        << describeOptions()
        << "\nExit code: 0 all scans are in one component; 1 there are several components (everything is written, "
           "poses.csv\ngives the reasons); 2 the command line is wrong; 3 a file cannot be read or written.\n";

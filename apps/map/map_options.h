@@ -4,6 +4,7 @@
 #pragma once
 
 #include <apps/common/usage_error.h>
+#include <apps/map/map_clouds.h>
 
 #include <Eigen/Core>
 
@@ -29,10 +30,9 @@ struct MapArguments {
   std::vector<std::string> pins;
   std::vector<std::pair<std::string, std::string>> accepted;
   std::vector<std::pair<std::string, std::string>> rejected;
-  std::string control;       ///< file; empty: none
-  std::string merged;        ///< file; empty: none
-  double merged_leaf = 0.02; ///< [m]; 0: every point
-  std::string truth;         ///< file; empty: none
+  std::string control; ///< file; empty: none
+  CloudOutputs clouds;
+  std::string truth; ///< file; empty: none
   bool resume = false;
   std::string json;  ///< file or "-"; empty: none
   bool tum = false;  ///< write poses.tum besides

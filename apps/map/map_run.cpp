@@ -16,7 +16,6 @@
 #include <apps/map/map_page.h>
 #include <apps/map/map_progress.h>
 #include <apps/map/map_truth.h>
-#include <apps/map/merged_cloud.h>
 #include <apps/map/pose_list.h>
 #include <apps/methods/cloud_view.h>
 #include <apps/methods/report.h>
@@ -45,7 +44,6 @@ oneScanTwice(const std::string& option, const std::string& a, const std::string&
 namespace fs = std::filesystem;
 
 constexpr Eigen::Index kOutlinePoints = 400; // of a scan, in the report
-constexpr double kFarFromOrigin = 1e4;       // [m] from which on a float is too coarse
 
 class MapRun {
 public:
@@ -85,15 +83,16 @@ public:
     describeScans(registration, map);
     toFileCoordinates(map);
     MapOutput output{map, std::nullopt, {}, "ssfr_map " + arguments_.words, 0, 0};
-    const std::string misfit = layOntoControl(map, output);
+    std::string problem = layOntoControl(map, output);
     if (!truth_.empty())
       output.errors = compareWithTruth(map, truth_, places_);
-    writeMerged(map);
+    if (const std::string other = writeAllClouds(map); problem.empty())
+      problem = other;
     output.peak_rss_mib = peakRssMib();
     output.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     write(output);
-    if (!misfit.empty())
-      throw io::IoError(misfit);
+    if (!problem.empty())
+      throw io::IoError(problem);
     return map.components == 1;
   }
 
@@ -154,6 +153,7 @@ private:
     for (const auto& [a, b] : arguments_.rejected)
       if (scanNamed("reject", a) == scanNamed("reject", b))
         throw oneScanTwice("reject", a, b);
+    checkOutputs(arguments_.clouds, files_);
   }
 
   void
@@ -179,10 +179,9 @@ private:
     registration.addScans(
         names,
         [&](std::size_t i) {
-          const auto cloud = std::make_shared<io::LoadedCloud>(io::loadCloud(files_[i].path));
-          cloud->table = pcl::PCLPointCloud2(); // what was read is not written again
-          offsets_[i] = cloud->offset;
-          return ScanSource{viewOf(*cloud), cloud};
+          const auto points = std::make_shared<io::ScanPoints>(io::loadScanPoints(files_[i].path));
+          offsets_[i] = points->offset;
+          return ScanSource{viewOf(*points), points};
         },
         progress);
   }
@@ -298,22 +297,22 @@ private:
     return "";
   }
 
-  void
-  writeMerged(const MultiwayMap& map) const
+  /// The clouds that are wanted. \return why they were not written; tables and report are all the same
+  std::string
+  writeAllClouds(const MultiwayMap& map) const
   {
-    if (arguments_.merged.empty())
-      return;
-    bool is_wide = false;
-    for (std::size_t i = 0; i < map.scans.size(); ++i)
-      is_wide = is_wide || (map.scans[i].T_map_scan * places_[i]).norm() > kFarFromOrigin;
-    MergedCloud merged(arguments_.merged, arguments_.merged_leaf, is_wide);
-    MapProgress progress;
-    for (std::size_t i = 0; i < map.scans.size(); ++i) {
-      if (map.scans[i].component == 0 && map.scans[i].usable)
-        merged.add(io::loadCloud(files_[i].path), map.scans[i].T_map_scan, i);
-      progress.show("merge", i + 1, map.scans.size());
+    if (!arguments_.clouds.any())
+      return "";
+    try {
+      MapProgress progress;
+      writeClouds(arguments_.clouds, files_, map, places_, [&](std::size_t done, std::size_t total) {
+        progress.show("write", done, total);
+      });
     }
-    merged.finish();
+    catch (const io::IoError& problem) {
+      return problem.what();
+    }
+    return "";
   }
 
   void

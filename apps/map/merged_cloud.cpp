@@ -82,31 +82,39 @@ MergedCloud::header() const
 void
 MergedCloud::add(const io::LoadedCloud& cloud, const Eigen::Isometry3d& T_map_file, std::size_t number)
 {
-  const Eigen::Isometry3d T = T_map_file * Eigen::Translation3d(cloud.offset);
+  const auto xyz = io::findVector(cloud.table, "x", "y", "z");
+  if (!xyz)
+    throw io::IoError(path_ + ": " + cloud.path + " has no coordinates");
+  const pcl::PCLPointField* intensity = cloud.has_intensity ? io::findField(cloud.table, "intensity") : nullptr;
   const Eigen::Matrix<unsigned char, 3, 1> colour = colourOf(number);
   std::unordered_set<std::uint64_t> taken;
   std::string bytes;
   constexpr std::size_t kFlush = std::size_t{1} << 20;
-  for (const auto& point : *cloud.points) {
-    if (!point.getVector3fMap().allFinite())
+  for (std::size_t i = 0; i < io::pointCount(cloud.table); ++i) {
+    const std::uint8_t* point = cloud.table.data.data() + i * cloud.table.point_step;
+    const auto value = [point](const pcl::PCLPointField* field) {
+      return io::loadValue(point + field->offset, field->datatype);
+    };
+    const Eigen::Vector3d in_file(value((*xyz)[0]), value((*xyz)[1]), value((*xyz)[2]));
+    if (!in_file.allFinite())
       continue;
-    const Eigen::Vector3d p = T * point.getVector3fMap().cast<double>();
+    const Eigen::Vector3d p = T_map_file * in_file;
     if (leaf_ > 0 && !taken.insert(voxelOf(p, leaf_)).second)
       continue;
-    for (int i = 0; i < 3; ++i) {
+    for (int axis = 0; axis < 3; ++axis) {
       if (wide_)
-        append(bytes, p[i]);
+        append(bytes, p[axis]);
       else
-        append(bytes, static_cast<float>(p[i]));
+        append(bytes, static_cast<float>(p[axis]));
     }
     if (pcd_)
       append(bytes,
              static_cast<std::uint32_t>(colour[0]) << 16 | static_cast<std::uint32_t>(colour[1]) << 8 |
                  static_cast<std::uint32_t>(colour[2]));
     else
-      for (int i = 0; i < 3; ++i)
-        append(bytes, colour[i]);
-    append(bytes, point.intensity);
+      for (int axis = 0; axis < 3; ++axis)
+        append(bytes, colour[axis]);
+    append(bytes, intensity ? static_cast<float>(value(intensity)) : 0.0F);
     append(bytes, static_cast<std::uint32_t>(number));
     ++points_;
     if (bytes.size() > kFlush) {

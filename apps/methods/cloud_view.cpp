@@ -20,5 +20,19 @@ viewOf(const io::LoadedCloud& cloud)
   return view;
 }
 
+ScanView
+viewOf(const io::ScanPoints& points)
+{
+  ScanView view;
+  view.size = points.size;
+  view.stride = points.stride();
+  if (view.size > 0) {
+    view.xyz = points.xyz();
+    view.normals = points.has_normals ? points.xyz() + 3 : nullptr;
+  }
+  view.viewpoint = points.viewpoint.value_or(Eigen::Vector3d::Zero()) - points.offset;
+  return view;
+}
+
 } // namespace apps
 } // namespace pcl_ssfr

@@ -14,5 +14,9 @@ namespace apps {
 ScanView
 viewOf(const io::LoadedCloud& cloud);
 
+/// The same of a scan that was read for nothing else.
+ScanView
+viewOf(const io::ScanPoints& points);
+
 } // namespace apps
 } // namespace pcl_ssfr

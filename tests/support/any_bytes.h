@@ -11,22 +11,17 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace pcl_ssfr::testing {
 
-/** \brief Read bytes that may be anything, as a file of this name.
- * \return what the reader says about them, empty when it takes them
- * \throw std::logic_error for a message that is not one line that names the file, and for more points than bytes
- */
-inline std::string
-readAnyBytes(const std::string& name, std::string_view bytes)
+/// What a reader says about bytes that it refuses. \throw std::logic_error when it is not one line that names the file
+template <typename Read>
+std::string
+refusalOf(const std::string& name, const Read& read)
 {
   try {
-    const io::LoadedCloud cloud = io::parseCloud(name, bytes);
-    if (cloud.points->size() != io::pointCount(cloud.table))
-      throw std::logic_error(name + ": the table has another number of points");
-    if (cloud.points->size() > bytes.size()) // a file cannot justify more
-      throw std::logic_error(name + ": more points than bytes");
+    read();
     return {};
   }
   catch (const io::IoError& error) {
@@ -35,6 +30,56 @@ readAnyBytes(const std::string& name, std::string_view bytes)
       throw std::logic_error("not one line that names " + name + ": " + message);
     return message;
   }
+}
+
+/// The numbers of a scan that was read whole, as loadScanPoints() gives them.
+inline std::vector<float>
+floatsOf(const io::LoadedCloud& cloud)
+{
+  std::vector<float> floats;
+  for (const auto& point : *cloud.points) {
+    floats.insert(floats.end(), point.data, point.data + 3);
+    if (cloud.has_normals)
+      floats.insert(floats.end(), point.data_n, point.data_n + 3);
+  }
+  return floats;
+}
+
+/// \throw std::logic_error when reading in little memory gave other points
+inline void
+requireSamePoints(const std::string& name, const io::LoadedCloud& cloud, const io::ScanPoints& points)
+{
+  const std::vector<float> floats = floatsOf(cloud);
+  const bool is_same = points.size == cloud.points->size() && points.has_normals == cloud.has_normals &&
+                       points.offset == cloud.offset && points.viewpoint == cloud.viewpoint &&
+                       points.bytes.size() == floats.size() * sizeof(float) &&
+                       (floats.empty() || std::memcmp(points.bytes.data(), floats.data(), points.bytes.size()) == 0);
+  if (!is_same)
+    throw std::logic_error(name + ": read in little memory it has other points");
+}
+
+/** \brief Read bytes that may be anything, as a file of this name.
+ * \return what the reader says about them, empty when it takes them
+ * \throw std::logic_error for a message that is not one line that names the file, for more points than bytes, and where
+ * reading in little memory gives something else
+ */
+inline std::string
+readAnyBytes(const std::string& name, std::string_view bytes)
+{
+  io::LoadedCloud cloud;
+  io::ScanPoints points;
+  const std::string refusal = refusalOf(name, [&] { cloud = io::parseCloud(name, bytes); });
+  const std::string other = refusalOf(name, [&] { points = io::parseScanPoints(name, bytes); });
+  if (!refusal.empty()) // what it leaves out may be what is wrong
+    return refusal;
+  if (!other.empty())
+    throw std::logic_error("read in little memory: " + other);
+  if (cloud.points->size() != io::pointCount(cloud.table))
+    throw std::logic_error(name + ": the table has another number of points");
+  if (cloud.points->size() > bytes.size()) // a file cannot justify more
+    throw std::logic_error(name + ": more points than bytes");
+  requireSamePoints(name, cloud, points);
+  return {};
 }
 
 /// An E57 file whose length and checksums fit what was done to it, so that its reader looks at the rest.

@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#include <apps/map/map_clouds.h>
+
+#include <apps/common/usage_error.h>
+#include <apps/io/e57_format.h>
+#include <apps/io/e57_writer.h>
+#include <apps/io/loaded_cloud.h>
+#include <apps/map/merged_cloud.h>
+
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <set>
+#include <system_error>
+
+#include <unistd.h>
+
+namespace pcl_ssfr {
+namespace apps {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kFarFromOrigin = 1e4; // [m] from which on a float is too coarse
+
+/// \throw io::IoError when no file of this name can be written
+void
+requireWritable(const std::string& path)
+{
+  std::error_code error;
+  const fs::path folder = fs::path(path).has_parent_path() ? fs::path(path).parent_path() : fs::path(".");
+  if (fs::is_directory(path, error))
+    throw io::IoError(path + ": is a directory");
+  if (!fs::is_directory(folder, error))
+    throw io::IoError(path + ": the folder " + folder.string() + " does not exist");
+  if (::access(fs::exists(path, error) ? path.c_str() : folder.c_str(), W_OK) != 0)
+    throw io::IoError(path + ": cannot be written");
+}
+
+std::vector<std::size_t>
+scansToWrite(const MultiwayMap& map)
+{
+  std::vector<std::size_t> scans;
+  for (std::size_t i = 0; i < map.scans.size(); ++i)
+    if (map.scans[i].component == 0 && map.scans[i].usable)
+      scans.push_back(i);
+  return scans;
+}
+
+} // namespace
+
+std::vector<std::string>
+shortNames(const std::vector<MapInputFile>& files)
+{
+  std::vector<std::string> names;
+  std::map<std::string, std::size_t> count;
+  for (const MapInputFile& file : files) {
+    names.push_back(namesOfScan(file.name).back());
+    ++count[names.back()];
+  }
+  for (std::size_t i = 0; i < files.size(); ++i)
+    if (count[names[i]] > 1)
+      names[i] = files[i].name;
+  return names;
+}
+
+std::vector<std::string>
+copyNames(const std::vector<MapInputFile>& files)
+{
+  std::vector<std::string> names = shortNames(files);
+  std::set<std::string> taken;
+  for (std::string& name : names) {
+    for (char& c : name) {
+      const auto byte = static_cast<unsigned char>(c);
+      const bool is_plain = std::isalnum(byte) != 0 || byte >= 0x80 || c == '-' || c == '.' || c == ' ' || c == ',';
+      c = is_plain ? c : '_';
+    }
+    if (name.empty() || name[0] == '.')
+      name.insert(0, "_");
+    const std::string first = name;
+    for (int k = 2; !taken.insert(name).second; ++k)
+      name = first + '_' + std::to_string(k);
+    name += ".pcd";
+  }
+  return names;
+}
+
+void
+checkOutputs(const CloudOutputs& outputs, const std::vector<MapInputFile>& files)
+{
+  std::map<std::string, std::string> scans; // by canonical path
+  std::error_code error;
+  for (const MapInputFile& file : files)
+    scans[fs::weakly_canonical(io::fileOfScan(file.path), error).string()] = file.path;
+  const auto check = [&](const char* option, const std::string& path) {
+    const auto found = scans.find(fs::weakly_canonical(path, error).string());
+    if (found != scans.end())
+      throw UsageError(std::string(option) + ": " + path + " would replace the scan " + found->second);
+    requireWritable(path);
+  };
+  if (!outputs.merged.empty())
+    check("--merged", outputs.merged);
+  if (!outputs.e57.empty())
+    check("--e57", outputs.e57);
+  if (outputs.pcd.empty())
+    return;
+  fs::create_directories(outputs.pcd, error);
+  if (!fs::is_directory(outputs.pcd))
+    throw io::IoError(outputs.pcd + ": the folder cannot be created" + (error ? ": " + error.message() : ""));
+  for (const std::string& name : copyNames(files))
+    check("--pcd", (fs::path(outputs.pcd) / name).string());
+}
+
+void
+writeClouds(const CloudOutputs& outputs,
+            const std::vector<MapInputFile>& files,
+            const MultiwayMap& map,
+            const std::vector<Eigen::Vector3d>& places,
+            const std::function<void(std::size_t done, std::size_t total)>& progress)
+{
+  const std::vector<std::size_t> scans = scansToWrite(map);
+  const std::vector<std::string> names = shortNames(files);
+  const std::vector<std::string> copies = copyNames(files);
+  std::optional<MergedCloud> merged;
+  std::optional<io::E57Writer> e57;
+  if (!outputs.merged.empty()) {
+    const bool is_wide = std::any_of(scans.begin(), scans.end(), [&](std::size_t i) {
+      return (map.scans[i].T_map_scan * places[i]).norm() > kFarFromOrigin;
+    });
+    merged.emplace(outputs.merged, outputs.merged_leaf, is_wide);
+  }
+  if (!outputs.e57.empty())
+    e57.emplace(outputs.e57);
+  for (std::size_t k = 0; k < scans.size(); ++k) {
+    const std::size_t i = scans[k];
+    const Eigen::Isometry3d& pose = map.scans[i].T_map_scan;
+    const io::LoadedCloud cloud = io::loadTable(files[i].path);
+    if (merged)
+      merged->add(cloud, pose, i);
+    if (e57)
+      e57->addScan(names[i], cloud, pose);
+    if (!outputs.pcd.empty())
+      io::saveMovedCloud((fs::path(outputs.pcd) / copies[i]).string(), cloud, pose);
+    progress(k + 1, scans.size());
+  }
+  if (merged)
+    merged->finish();
+  if (e57)
+    e57->finish();
+}
+
+} // namespace apps
+} // namespace pcl_ssfr
