@@ -173,6 +173,42 @@ makeRecipes()
   };
 }
 
+/// A flat of three rooms as a small job for a map: the frame of each scan is rotated at random.
+std::vector<ScanRecipe>
+makeBuilding()
+{
+  // Light scans: 8 of them take less than 1.5 MB.
+  SensorPattern sensor = roomScanner(1.95 * kDegree);
+  sensor.drop_rate = 0.02;
+  const Scene flat = makeFurnishedRoom(7);
+  Random random(70);
+  std::vector<ScanRecipe> scans;
+  for (int i = 0; i < 8; ++i) {
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+    pose.translation() = flat.stations[static_cast<std::size_t>(i) % flat.stations.size()];
+    for (Eigen::Index k = 0; k < 3; ++k)
+      pose.translation()[k] += random.uniform(-0.25, 0.25);
+    pose.linear() = randomRotation(random);
+    scans.push_back({"scan_" + std::to_string(i) + ".pcd", flat, pose, sensor, 700 + static_cast<std::uint64_t>(i)});
+  }
+  return scans;
+}
+
+void
+writeBuilding(const std::filesystem::path& folder)
+{
+  const std::vector<ScanRecipe> scans = makeBuilding();
+  std::filesystem::create_directories(folder);
+  for (const ScanRecipe& scan : scans) {
+    Eigen::Isometry3d upright = Eigen::Isometry3d::Identity();
+    upright.translation() = scan.T_world_sensor.translation();
+    // The sensor stands upright; its points are given in the rotated frame.
+    const Eigen::Matrix3Xd points = castScan(scan.scene, upright, scan.pattern, scan.noise_seed).cast<double>();
+    writePcd(folder / scan.file, (scan.T_world_sensor.linear().transpose() * points).cast<float>());
+  }
+  writePoses(folder / "poses.txt", scans);
+}
+
 void
 writeAll(const std::filesystem::path& folder)
 {
@@ -183,6 +219,7 @@ writeAll(const std::filesystem::path& folder)
   writePairs(folder / "pairs.csv", scans, {{1, 0}, {3, 2}, {5, 4}});
   writePoses(folder / "poses.txt", scans);
   writeDescription(folder / "dataset.json");
+  writeBuilding(folder / "building");
 }
 
 } // namespace
