@@ -38,14 +38,39 @@ scriptJson(const nlohmann::ordered_json& json)
   return replaced(json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace), "</", "<\\/");
 }
 
+/// For each component the motion that draws it upright and near the origin, where drawing is exact.
+std::vector<Eigen::Isometry3d>
+viewsOf(const MultiwayMap& map, const std::vector<ScanOutline>& outlines)
+{
+  std::vector<Eigen::Isometry3d> views;
+  for (int component = 0; component < map.components; ++component) {
+    std::vector<Eigen::Vector3d> points, normals, axes;
+    std::vector<double> weights;
+    for (std::size_t i = 0; i < map.scans.size(); ++i) {
+      if (map.scans[i].component != component)
+        continue;
+      const Eigen::Isometry3d& T = map.scans[i].T_map_scan;
+      axes.push_back(T.linear().col(2));
+      for (Eigen::Index k = 0; k < outlines[i].points.cols(); ++k)
+        points.push_back(T * outlines[i].points.col(k));
+      for (const Eigen::Vector3d& normal : outlines[i].normals)
+        normals.push_back(T.linear() * normal);
+      weights.insert(weights.end(), outlines[i].weights.begin(), outlines[i].weights.end());
+    }
+    const Eigen::Vector3d centre =
+        points.empty() ? Eigen::Vector3d(Eigen::Vector3d::Zero()) : points[points.size() / 2];
+    views.push_back(Eigen::Isometry3d(uprightView(points, normals, weights, axes)) * Eigen::Translation3d(-centre));
+  }
+  return views;
+}
+
 } // namespace
 
 std::string
-mapPage(const MapOutput& output,
-        const std::vector<Eigen::Matrix3Xf>& outlines,
-        const std::vector<Eigen::Vector3d>& places)
+mapPage(const MapOutput& output, const std::vector<ScanOutline>& outlines)
 {
   const MultiwayMap& map = output.map;
+  const std::vector<Eigen::Isometry3d> views = viewsOf(map, outlines);
   nlohmann::ordered_json data;
   data["summary"] = mapJson(output);
   data["scans"] = nlohmann::ordered_json::array();
@@ -54,7 +79,9 @@ mapPage(const MapOutput& output,
     nlohmann::ordered_json row;
     row["name"] = scan.name;
     row["component"] = scan.component;
-    const Eigen::Vector3d place = scan.T_map_scan * places[i];
+    const Eigen::Isometry3d& view = views[static_cast<std::size_t>(scan.component)];
+    const Eigen::Vector3d place = view * (scan.T_map_scan * outlines[i].place);
+    row["usable"] = scan.usable;
     row["place"] = {rounded(place.x()), rounded(place.y()), rounded(place.z())};
     row["links"] = scan.links;
     row["sigma_mm"] = numberOrNull(1e3 * scan.sigma_translation);
@@ -63,8 +90,8 @@ mapPage(const MapOutput& output,
     if (output.errors && output.errors->scans[i])
       row["error_mm"] = 1e3 * output.errors->scans[i]->translation_m;
     row["points"] = nlohmann::ordered_json::array();
-    for (Eigen::Index k = 0; k < outlines[i].cols(); ++k) {
-      const Eigen::Vector3d p = scan.T_map_scan * outlines[i].col(k).cast<double>();
+    for (Eigen::Index k = 0; k < outlines[i].points.cols(); ++k) {
+      const Eigen::Vector3d p = view * (scan.T_map_scan * outlines[i].points.col(k));
       for (int axis = 0; axis < 3; ++axis)
         row["points"].push_back(rounded(p[axis]));
     }

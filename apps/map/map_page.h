@@ -4,6 +4,7 @@
 #pragma once
 
 #include <apps/map/map_files.h>
+#include <apps/map/upright_view.h>
 
 #include <Eigen/Core>
 
@@ -19,13 +20,10 @@ std::string_view
 mapAsset(std::string_view name);
 
 /** \brief report.html: one file, no network.
- * \param[in] outlines some points of each scan for the drawings, in the scan's frame [m]
- * \param[in] places of the sensors in the scans' frames [m]
+ * \param[in] outlines of the scans, drawn upright by component
  */
 std::string
-mapPage(const MapOutput& output,
-        const std::vector<Eigen::Matrix3Xf>& outlines,
-        const std::vector<Eigen::Vector3d>& places);
+mapPage(const MapOutput& output, const std::vector<ScanOutline>& outlines);
 
 } // namespace apps
 } // namespace pcl_ssfr

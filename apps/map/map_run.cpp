@@ -43,7 +43,8 @@ oneScanTwice(const std::string& option, const std::string& a, const std::string&
 
 namespace fs = std::filesystem;
 
-constexpr Eigen::Index kOutlinePoints = 400; // of a scan, in the report
+constexpr Eigen::Index kOutlinePoints = 24000; // of all scans, in the report ...
+constexpr Eigen::Index kLeastOutline = 300;    // ... and at least of each
 
 class MapRun {
 public:
@@ -214,17 +215,24 @@ private:
   describeScans(const MultiwayRegistration& registration, const MultiwayMap& map)
   {
     outlines_.resize(map.scans.size());
+    const Eigen::Index most = std::max(
+        kLeastOutline, kOutlinePoints / std::max<Eigen::Index>(1, static_cast<Eigen::Index>(map.scans.size())));
     for (std::size_t i = 0; i < map.scans.size(); ++i) {
       if (!map.scans[i].usable)
         continue;
       const auto& scan = std::get<PatchScan>(registration.preparedScan(static_cast<int>(i)).data().scan);
       places_[i] = scan.origin + scan.viewpoint + offsets_[i];
+      ScanOutline& outline = outlines_[i];
+      outline.place = places_[i];
+      for (const MainNormal& main : scan.main_normals) {
+        outline.normals.push_back(main.direction);
+        outline.weights.push_back(main.support);
+      }
       const Eigen::Index n = scan.surface.points.cols();
-      const Eigen::Index count = std::min(n, kOutlinePoints);
-      outlines_[i].resize(3, count);
+      const Eigen::Index count = std::min(n, most);
+      outline.points.resize(3, count);
       for (Eigen::Index k = 0; k < count; ++k)
-        outlines_[i].col(k) =
-            (scan.surface.points.col(k * n / count).cast<double>() + scan.origin + offsets_[i]).cast<float>();
+        outline.points.col(k) = scan.surface.points.col(k * n / count).cast<double>() + scan.origin + offsets_[i];
     }
   }
 
@@ -323,7 +331,7 @@ private:
     const std::string json =
         mapJson(output).dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
     io::writeFile(inFolder("map.json"), json);
-    io::writeFile(inFolder("report.html"), mapPage(output, outlines_, places_));
+    io::writeFile(inFolder("report.html"), mapPage(output, outlines_));
     if (arguments_.tum)
       io::writeFile(inFolder("poses.tum"), posesTum(output.map));
     if (arguments_.json.empty())
@@ -343,7 +351,7 @@ private:
   std::vector<ControlPoint> control_;
   std::vector<Eigen::Vector3d> offsets_; ///< of each scan's coordinates [m]
   std::vector<Eigen::Vector3d> places_;  ///< of the sensors, in file coordinates [m]
-  std::vector<Eigen::Matrix3Xf> outlines_;
+  std::vector<ScanOutline> outlines_;
 };
 
 } // namespace

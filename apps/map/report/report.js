@@ -23,20 +23,20 @@
   };
   figure(`${summary.placed} of ${summary.scans}`, "scans placed");
   figure(summary.components, summary.components === 1 ? "component" : "components");
-  figure(`${number(1e3 * summary.bundle_error_m, 1)} mm`, "bundle error");
+  figure(summary.placed ? `${number(1e3 * summary.bundle_error_m, 1)} mm` : "none", "bundle error");
   if (summary.loops.worst.length) {
     figure(`${number(1e3 * summary.loops.median_misclosure_m, 1)} mm`, "median loop misclosure");
-    figure(`${number(1e3 * summary.loops.largest_misclosure_m, 0)} mm`, "largest");
+    figure(`${number(1e3 * summary.loops.largest_misclosure_m, 0)} mm`, "largest loop misclosure");
   } else figure("none", "loops: no global check");
   figure(summary.survey_band, "RICS band");
   figure(summary.links.used, "links used");
   figure(summary.links.rejected + summary.links.ambiguous, "rejected or ambiguous");
   figure(`${number(summary.time_s, 1)} s`, "time");
-  if (summary.truth) figure(`${number(1e3 * summary.truth.median_translation_m, 1)} mm`, "median error to the truth");
+  if (summary.truth && summary.truth.placed) figure(`${number(1e3 * summary.truth.median_translation_m, 1)} mm`, "median error to the truth");
   for (const note of summary.notes) element(byId("notes"), "p", note).className = "note";
 
   // Tables that sort by a click on a heading.
-  const table = (id, columns, rows, empty) => {
+  const table = (id, columns, rows, empty, choose) => {
     const node = byId(id);
     node.replaceChildren();
     if (!rows.length) {
@@ -49,6 +49,10 @@
       body.replaceChildren();
       for (const row of rows) {
         const line = element(body, "tr");
+        if (choose) {
+          line.className = "chooses";
+          line.addEventListener("click", () => choose(row));
+        }
         columns.forEach(([, value, digits]) => {
           const v = value(row);
           const cell = element(line, "td", typeof v === "number" ? number(v, digits || 0) : v);
@@ -58,6 +62,7 @@
     };
     columns.forEach(([name, value]) => {
       const cell = element(head, "th", name);
+      if (rows.some((row) => typeof value(row) === "number")) cell.className = "number";
       cell.tabIndex = 0;
       const sort = () => {
         const ascending = cell.getAttribute("aria-sort") !== "ascending";
@@ -78,11 +83,26 @@
     fill();
   };
   const nameOf = (i) => scans[i].name;
-  table("unplaced", [["Scan", (s) => s.name], ["Component", (s) => s.component], ["Why", (s) => s.reason]],
+  // What a person can do about a scan that stands apart, from its reason and its best link.
+  const help = (scan) => {
+    const i = scans.indexOf(scan);
+    if (!scan.usable) return "another copy of the file, or a new scan";
+    if (scan.reason.startsWith("it holds the same points")) return "nothing: it is the same scan";
+    const tried = links.filter((l) => l.status !== "used" && (l.source === i || l.target === i))
+      .sort((a, b) => (b.confidence || 0) - (a.confidence || 0));
+    if (/storey/.test(scan.reason)) return "approximate --poses of its storey, or scans of the stairs";
+    if (!tried.length) return "a scan that shows this place and a part of the others";
+    const best = tried[0];
+    const other = scans[best.source === i ? best.target : best.source].name;
+    return `a scan between it and ${other} (their link: confidence ${number(best.confidence, 2)}, ` +
+           `overlap ${number(100 * best.overlap, 0)} %), or --accept ${scan.name},${other} after a look at both`;
+  };
+  table("unplaced", [["Scan", (s) => s.name], ["Component", (s) => s.component], ["Why", (s) => s.reason],
+                     ["What would help", help]],
         scans.filter((s) => s.component !== 0), "All scans are in one component.");
   table("bridges", [["Source", (l) => nameOf(l.source)], ["Target", (l) => nameOf(l.target)],
                     ["Confidence", (l) => l.confidence, 3], ["Overlap %", (l) => 100 * l.overlap, 0]],
-        links.filter((l) => l.bridge), "None: without any one link the map still holds together.");
+        links.filter((l) => l.bridge), "None: without any one link the map still holds together.", (l) => chooseLink(l));
   if (summary.control) {
     byId("control-section").hidden = false;
     table("control", [["Point", (c) => c.point], ["Residual [mm]", (c) => 1e3 * c.residual_m, 1],
@@ -91,10 +111,11 @@
           summary.control.slice().sort((a, b) => b.residual_m - a.residual_m), "");
   }
   const setups = [["Scan", (s) => s.name], ["Component", (s) => s.component], ["Links", (s) => s.links],
-                  ["σ position [mm]", (s) => s.sigma_mm, 1], ["σ rotation [deg]", (s) => s.sigma_deg, 3]];
+                  ["σ position [mm]", (s) => (s.links ? s.sigma_mm : null), 1],
+                  ["σ rotation [deg]", (s) => (s.links ? s.sigma_deg : null), 3]];
   if (summary.truth) setups.push(["Error [mm]", (s) => s.error_mm, 1]);
   setups.push(["Remark", (s) => s.reason]);
-  table("setups", setups, scans.slice(), "");
+  table("setups", setups, scans.slice(), "", (s) => chooseScan(scans.indexOf(s)));
   const listLinks = () => {
     const wanted = byId("status").value;
     table("links", [["Source", (l) => nameOf(l.source)], ["Target", (l) => nameOf(l.target)], ["Status", (l) => l.status],
@@ -104,7 +125,7 @@
                     ["< 6 mm %", (l) => 100 * l.below_6mm, 0], ["Residual [mm]", (l) => l.residual_mm, 1],
                     ["[deg]", (l) => l.residual_deg, 3], ["Why", (l) => l.reason]],
           links.filter((l) => !wanted || l.status === wanted).sort((a, b) => b.residual_mm - a.residual_mm),
-          "None.");
+          "None.", (l) => l.status === "used" && chooseLink(l));
   };
   byId("status").addEventListener("change", listLinks);
   listLinks();
@@ -118,12 +139,36 @@
     option.value = c;
   });
   const tell = (text) => { byId("chosen").textContent = text; };
+  const hint = byId("chosen").textContent;
   let only = null; // scans that are drawn when a link or a setup was clicked
+  const show = (members, component, text) => {
+    only = new Set(members);
+    select.value = component;
+    tell(`${text} Click the background for all scans.`);
+    redraw();
+    byId("plan").scrollIntoView({ block: "nearest" });
+  };
+  const chooseLink = (l) => {
+    const a = scans[l.source], b = scans[l.target];
+    show([l.source, l.target], a.component,
+         `${a.name} – ${b.name}: overlap ${number(100 * l.overlap, 0)} %, RMS ${number(l.rmse_mm, 1)} mm, residual ` +
+         `${number(l.residual_mm, 1)} mm, ${number(l.residual_deg, 3)} deg, below 6 mm ${number(100 * l.below_6mm, 0)} %, ` +
+         `balance ${l.strength.map((v) => number(100 * v, 0)).join(" / ")} %, ` +
+         `confidence ${number(l.confidence, 3)}${l.bridge ? ", a bridge" : ""}.`);
+  };
+  const chooseScan = (i) => {
+    const s = scans[i];
+    const near = links.filter((l) => l.status === "used" && (l.source === i || l.target === i))
+      .map((l) => (l.source === i ? l.target : l.source));
+    show([i, ...near], s.component,
+         `${s.name}: ${s.links} link${s.links === 1 ? "" : "s"}, σ ${number(s.sigma_mm, 1)} mm, ${number(s.sigma_deg, 3)} deg` +
+         `${near.length ? `; linked to ${near.map(nameOf).join(", ")}` : ""}.${s.reason ? ` ${s.reason}.` : ""}`);
+  };
   const draw = (id, across, up) => {
     const svg = byId(id);
     svg.replaceChildren();
     const component = Number(select.value || 0);
-    const members = scans.map((s, i) => [s, i]).filter(([s]) => s.component === component);
+    const members = scans.map((s, i) => [s, i]).filter(([s, i]) => s.component === component && (!only || only.has(i)));
     const xs = [], ys = [];
     for (const [s] of members) {
       xs.push(s.place[across]); ys.push(s.place[up]);
@@ -146,7 +191,6 @@
     };
     if (byId("show-points").checked)
       for (const [s, i] of members) {
-        if (only && !only.has(i)) continue;
         let path = "";
         for (let k = 0; k < s.points.length; k += 3) path += `M${s.points[k + across]} ${-s.points[k + up]}h0`;
         add("path", { d: path, stroke: hue(i), "stroke-width": dot, "stroke-linecap": "round", "stroke-opacity": 0.55, fill: "none" });
@@ -155,32 +199,37 @@
       for (const l of links) {
         const a = scans[l.source], b = scans[l.target];
         if (l.status !== "used" || a.component !== component || (only && !(only.has(l.source) && only.has(l.target)))) continue;
-        const line = add("line", { x1: a.place[across], y1: -a.place[up], x2: b.place[across], y2: -b.place[up],
-                                   class: `link ${grade(l.residual_mm)}`, stroke: "currentColor", "vector-effect": "non-scaling-stroke",
-                                   "stroke-dasharray": l.bridge ? "6 3" : "none" });
-        line.addEventListener("click", () => {
-          only = new Set([l.source, l.target]);
-          tell(`${a.name} – ${b.name}: overlap ${number(100 * l.overlap, 0)} %, RMS ${number(l.rmse_mm, 1)} mm, residual ` +
-               `${number(l.residual_mm, 1)} mm, ${number(l.residual_deg, 3)} deg, below 6 mm ${number(100 * l.below_6mm, 0)} %, ` +
-               `confidence ${number(l.confidence, 3)}${l.bridge ? ", a bridge" : ""}. Click the background for all scans.`);
-          redraw();
-        });
+        const ends = { x1: a.place[across], y1: -a.place[up], x2: b.place[across], y2: -b.place[up],
+                       "vector-effect": "non-scaling-stroke" };
+        add("line", { ...ends, class: `link ${grade(l.residual_mm)}`, stroke: "currentColor",
+                      "stroke-dasharray": l.bridge ? "6 3" : "none" });
+        // A wider one that is not seen, for fingers and mice.
+        const hit = add("line", { ...ends, class: "hit", stroke: "transparent", "stroke-width": 12 }, `${a.name} – ${b.name}`);
+        hit.addEventListener("click", () => chooseLink(l));
       }
     for (const [s, i] of members) {
       const circle = add("circle", { cx: s.place[across], cy: -s.place[up], r: 2.2 * dot, fill: hue(i), class: "setup",
                                      "stroke-width": dot / 2 }, s.name);
-      circle.addEventListener("click", () => {
-        const near = links.filter((l) => l.status === "used" && (l.source === i || l.target === i));
-        only = new Set([i, ...near.map((l) => (l.source === i ? l.target : l.source))]);
-        tell(`${s.name}: ${s.links} links, σ ${number(s.sigma_mm, 1)} mm, ${number(s.sigma_deg, 3)} deg; linked to ` +
-             `${near.map((l) => nameOf(l.source === i ? l.target : l.source)).join(", ") || "none"}. ${s.reason}`);
-        redraw();
-      });
+      circle.addEventListener("click", () => chooseScan(i));
     }
-    svg.onclick = (event) => { if (event.target === svg && only) { only = null; redraw(); } };
+    // Names where they cover neither a setup nor each other.
+    const taken = members.map(([s]) => [s.place[across] - 3 * dot, -s.place[up] - 3 * dot, 6 * dot, 6 * dot]);
+    const letter = 4 * dot;
+    for (const [s] of members) {
+      const name = s.name.replace(/\.[^.#/]*$/, "");
+      const width = 0.62 * letter * name.length;
+      const places = [[4, 1.4], [4, -3], [4, 6], [-4, 1.4]].map(([x, y]) =>
+        [s.place[across] + x * dot - (x < 0 ? width : 0), -s.place[up] + y * dot - letter, width, 1.2 * letter]);
+      const free = places.find((p) => taken.every((q) => p[0] > q[0] + q[2] || q[0] > p[0] + p[2] ||
+                                                         p[1] > q[1] + q[3] || q[1] > p[1] + p[3]));
+      if (!free) continue;
+      taken.push(free);
+      add("text", { x: free[0], y: free[1] + letter, "font-size": letter, class: "name" }).textContent = name;
+    }
+    svg.onclick = (event) => { if (event.target === svg && only) { only = null; tell(hint); redraw(); } };
   };
   const redraw = () => { draw("plan", 0, 1); draw("side", 0, 2); };
-  select.addEventListener("change", () => { only = null; redraw(); });
+  select.addEventListener("change", () => { only = null; tell(hint); redraw(); });
   byId("show-points").addEventListener("change", redraw);
   byId("show-links").addEventListener("change", redraw);
   redraw();
