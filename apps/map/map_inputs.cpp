@@ -98,6 +98,7 @@ scansOf(const std::string& path)
   if (scans.size() == 1)
     return {{file, file, ""}};
   std::vector<FoundScan> found;
+  found.reserve(scans.size());
   for (const io::E57Scan& scan : scans)
     found.push_back({scan.path, file, '#' + scan.pick});
   return found;

@@ -52,9 +52,9 @@ viewsOf(const MultiwayMap& map, const std::vector<ScanOutline>& outlines)
       const Eigen::Isometry3d& T = map.scans[i].T_map_scan;
       axes.push_back(T.linear().col(2));
       for (Eigen::Index k = 0; k < outlines[i].points.cols(); ++k)
-        points.push_back(T * outlines[i].points.col(k));
+        points.emplace_back(T * outlines[i].points.col(k));
       for (const Eigen::Vector3d& normal : outlines[i].normals)
-        normals.push_back(T.linear() * normal);
+        normals.emplace_back(T.linear() * normal);
       weights.insert(weights.end(), outlines[i].weights.begin(), outlines[i].weights.end());
     }
     const Eigen::Vector3d centre =
