@@ -113,7 +113,17 @@ constexpr Expected kExpected[] = {{"basic_model", 9, 12, 300, true, 0.01, 0.3, 1
                                   {"cylinder_hall", 22, 30, 3000, true, 0.01, 0.5, 2},
                                   {"slanted", 8, 18, 80, true, 0.01, 0.3, 1},
                                   {"cave", 34, 48, 50000, true, 0.5, 0.5, 2},
-                                  {"two_floors_alike", 25, 32, 20000, true, 0.35, 0.5, 2}};
+                                  {"two_floors_alike", 25, 32, 20000, true, 0.35, 0.5, 2},
+                                  {"tower", 25, 32, 20000, true, 0.35, 0.5, 3},
+                                  {"hotel_corridor", 18, 24, 4000, true, 0.01, 0.5, 3},
+                                  {"twin_wings", 35, 40, 12000, true, 0.01, 0.5, 3},
+                                  {"plant_hall", 46, 52, 4000, true, 0.01, 1, 6},
+                                  {"rooms_with_doors", 14, 22, 3000, true, 0.01, 0.5, 3},
+                                  {"campus", 150, 175, 40000, false, 0.15, 4, 12},
+                                  {"tree_road", 200, 240, 40000, false, 0.15, 2, 8},
+                                  {"industrial_site", 140, 170, 20000, false, 0.15, 4, 12},
+                                  {"car_park_levels", 46, 52, 1500, false, 0.35, 2, 8},
+                                  {"forest_edge", 120, 160, 40000, false, 0.15, 2, 8}};
 constexpr std::size_t kMostTriangles = 160000;
 
 const Expected&
@@ -258,7 +268,17 @@ TEST(Scenes, NamesAreThoseOfTheContract)
                                      "cylinder_hall",
                                      "slanted",
                                      "cave",
-                                     "two_floors_alike"));
+                                     "two_floors_alike",
+                                     "tower",
+                                     "hotel_corridor",
+                                     "twin_wings",
+                                     "plant_hall",
+                                     "rooms_with_doors",
+                                     "campus",
+                                     "tree_road",
+                                     "industrial_site",
+                                     "car_park_levels",
+                                     "forest_edge"));
   try {
     makeScene("palace", 1);
     FAIL();

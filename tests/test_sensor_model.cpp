@@ -67,9 +67,16 @@ errorWith(const std::string& path, const nlohmann::json& value)
 
 TEST(SensorModel, NamesAreTheOnesOfTheInterface)
 {
-  EXPECT_THAT(
-      sensorNames(),
-      ElementsAre("hokuyo_utm30lx", "leica_p20", "velodyne_hdl32e", "velodyne_vlp16", "sick_lms200", "livox_mid360"));
+  EXPECT_THAT(sensorNames(),
+              ElementsAre("hokuyo_utm30lx",
+                          "leica_p20",
+                          "velodyne_hdl32e",
+                          "velodyne_vlp16",
+                          "sick_lms200",
+                          "livox_mid360",
+                          "ouster_os1_128",
+                          "livox_avia",
+                          "aeva_aeries2"));
   for (const std::string& name : sensorNames()) {
     const SensorModel sensor = makeSensor(name);
     EXPECT_EQ(sensor.name, name);
@@ -78,6 +85,24 @@ TEST(SensorModel, NamesAreTheOnesOfTheInterface)
     EXPECT_NO_THROW(validate(sensor));
   }
   EXPECT_THAT(errorOf([] { makeSensor("kinect"); }), AllOf(HasSubstr("'kinect'"), HasSubstr("leica_p20")));
+}
+
+TEST(SensorModel, NarrowSensorsLookAhead)
+{
+  // Half of the view in azimuth and the ends in elevation, as their makers state them [deg].
+  const auto widest = [](const char* name) {
+    const SensorModel sensor = makeSensor(name);
+    Eigen::Vector2d most(0, 0);
+    for (std::size_t i = 0; i < beamCount(sensor); ++i) {
+      const Beam beam = beamAt(sensor, i, 0);
+      most = most.cwiseMax(Eigen::Vector2d(std::abs(std::remainder(beam.azimuth, 2 * M_PI)), std::abs(beam.elevation)));
+    }
+    return (most * 180 / M_PI).eval();
+  };
+  EXPECT_TRUE(widest("livox_avia").isApprox(Eigen::Vector2d(35.2, 38.6), 1e-3));
+  EXPECT_TRUE(widest("aeva_aeries2").isApprox(Eigen::Vector2d(60, 15), 1e-3));
+  EXPECT_NEAR(widest("ouster_os1_128").y(), 22.5, 1e-9);
+  EXPECT_EQ(beamCount(makeSensor("ouster_os1_128")), 128U * 1024U);
 }
 
 TEST(SensorModel, BeamCountsAreNearThePaper)
@@ -224,8 +249,11 @@ TEST(SensorModel, BeamCountsCanBeSet)
     const SensorModel sensor = makeSensor(name);
     for (const std::size_t wanted : {1000U, 20000U, 500000U}) {
       const SensorModel scaled = withBeamCount(sensor, wanted);
-      EXPECT_NEAR(
-          static_cast<double>(beamCount(scaled)), static_cast<double>(wanted), 0.02 * static_cast<double>(wanted))
+      // Rings are kept: whole columns of them.
+      const double column = static_cast<double>(sensor.pattern.ring_elevations.size());
+      EXPECT_NEAR(static_cast<double>(beamCount(scaled)),
+                  static_cast<double>(wanted),
+                  std::max(0.02 * static_cast<double>(wanted), column / 2))
           << name;
       EXPECT_NO_THROW(validate(scaled));
     }

@@ -66,6 +66,31 @@ TEST(SimulateOptions, defaultsAreThoseOfThePlan)
   EXPECT_FALSE(arguments.plan.random_rotation || arguments.overwrite || arguments.quiet);
 }
 
+TEST(SimulateOptions, buildingsAndSensorsCanBeChosen)
+{
+  const auto a = parse({"--scene",
+                        "tower",
+                        "--storeys",
+                        "6",
+                        "--alike",
+                        "--sensor",
+                        "livox_avia,leica_p20",
+                        "--stations",
+                        "--out",
+                        "o"});
+  EXPECT_EQ(a.plan.scene_options.storeys, 6);
+  EXPECT_TRUE(a.plan.scene_options.alike);
+  EXPECT_TRUE(a.plan.at_stations);
+  EXPECT_THAT(sensorsOf(a.plan.sensor), ::testing::ElementsAre("livox_avia", "leica_p20"));
+  EXPECT_THAT(usageError({"--scene", "tower", "--storeys", "1", "--out", "o"}), HasSubstr("--storeys: '1'"));
+  EXPECT_THAT(usageError({"--scene", "hall", "--sensor", "leica_p20,kinect", "--out", "o"}), HasSubstr("'kinect'"));
+  EXPECT_THAT(usageError({"--scene", "hall", "--sensor", "leica_p20,livox_avia", "--overlap", "0.5", "--out", "o"}),
+              HasSubstr("--overlap contradicts several sensors"));
+  EXPECT_THAT(usageError({"--scene", "tower", "--stations", "--scans", "3", "--out", "o"}),
+              HasSubstr("--scans contradicts --stations"));
+  EXPECT_THAT(usageError({"--paper-set", "ds1h", "--alike", "--out", "o"}), HasSubstr("--alike contradicts"));
+}
+
 TEST(SimulateOptions, everythingCanBeSet)
 {
   const auto a = parse({"--scene=hall",
@@ -94,6 +119,8 @@ TEST(SimulateOptions, everythingCanBeSet)
                         "--people",
                         "4",
                         "--doors",
+                        "--shut-doors",
+                        "0.25",
                         "--moved-furniture",
                         "0.5",
                         "--no-noise",
@@ -122,6 +149,7 @@ TEST(SimulateOptions, everythingCanBeSet)
   EXPECT_NEAR(a.plan.turn_rate, M_PI, 1e-12);
   EXPECT_EQ(a.plan.movables.people, 4);
   EXPECT_TRUE(a.plan.movables.doors_move);
+  EXPECT_EQ(a.plan.movables.shut_doors, 0.25);
   EXPECT_EQ(a.plan.movables.moved_furniture, 0.5);
   EXPECT_FALSE(a.plan.noise);
   EXPECT_EQ(a.out, "o");
@@ -283,12 +311,25 @@ TEST_F(Program, helpVersionAndList)
                            "slanted",
                            "cave",
                            "two_floors_alike",
+                           "tower",
+                           "hotel_corridor",
+                           "twin_wings",
+                           "plant_hall",
+                           "rooms_with_doors",
+                           "campus",
+                           "tree_road",
+                           "industrial_site",
+                           "car_park_levels",
+                           "forest_edge",
                            "hokuyo_utm30lx",
                            "leica_p20",
                            "velodyne_hdl32e",
                            "velodyne_vlp16",
                            "sick_lms200",
                            "livox_mid360",
+                           "ouster_os1_128",
+                           "livox_avia",
+                           "aeva_aeries2",
                            "ds1h",
                            "ds2l",
                            "ds3v",

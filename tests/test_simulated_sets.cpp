@@ -45,7 +45,7 @@ simulate(const DatasetPlan& plan)
     options.noise = plan.noise;
     options.threads = 2;
     const std::vector<Eigen::Vector3f> points =
-        simulateScan(caster, prepared.sensor, prepared.T_world_sensor[i], options).points;
+        simulateScan(caster, prepared.sensorOf(i), prepared.T_world_sensor[i], options).points;
     // Every scan in a frame of its own: neither the motion nor the vertical can be guessed.
     Eigen::Isometry3d T_scan_sensor = Eigen::Isometry3d::Identity();
     T_scan_sensor.linear() = RandomStream(77, i).rotation();

@@ -153,6 +153,83 @@ constexpr const char* kLivoxMid360 = R"json({
   "mount_height_m": 1.0
 })json";
 
+constexpr const char* kOusterOs1128 = R"json({
+  "name": "ouster_os1_128",
+  "description": "Ouster OS1-128, 128 rings, 10 turns a second",
+  "sources": [
+    "Ouster, OS1 Datasheet (OS1-128): 45 deg vertical and 360 deg horizontal, 512 to 2048 columns a turn, 10 to 20 Hz, 0.8 to 120 m at 80 % reflectivity, range resolution 1.2 cm, repeatability 1.5 cm (one sigma) where the signal is strong, beam 10 mm and 0.18 deg",
+    "Assumed: evenly spaced rings, 1024 columns, growth of the noise with range, 0.1 % lost"
+  ],
+  "pattern": {
+    "kind": "rings",
+    "azimuth_min_deg": 0, "azimuth_max_deg": 360, "azimuth_count": 1024,
+    "ring_elevations_deg": [
+      -22.5, -22.15, -21.79, -21.44, -21.08, -20.73, -20.37, -20.02, -19.67, -19.31, -18.96, -18.6, -18.25, -17.89,
+      -17.54, -17.19, -16.83, -16.48, -16.12, -15.77, -15.41, -15.06, -14.7, -14.35, -14, -13.64, -13.29, -12.93,
+      -12.58, -12.22, -11.87, -11.52, -11.16, -10.81, -10.45, -10.1, -9.74, -9.39, -9.04, -8.68, -8.33, -7.97, -7.62,
+      -7.26, -6.91, -6.56, -6.2, -5.85, -5.49, -5.14, -4.78, -4.43, -4.07, -3.72, -3.37, -3.01, -2.66, -2.3, -1.95,
+      -1.59, -1.24, -0.89, -0.53, -0.18, 0.18, 0.53, 0.89, 1.24, 1.59, 1.95, 2.3, 2.66, 3.01, 3.37, 3.72, 4.07, 4.43,
+      4.78, 5.14, 5.49, 5.85, 6.2, 6.56, 6.91, 7.26, 7.62, 7.97, 8.33, 8.68, 9.04, 9.39, 9.74, 10.1, 10.45, 10.81,
+      11.16, 11.52, 11.87, 12.22, 12.58, 12.93, 13.29, 13.64, 14, 14.35, 14.7, 15.06, 15.41, 15.77, 16.12, 16.48,
+      16.83, 17.19, 17.54, 17.89, 18.25, 18.6, 18.96, 19.31, 19.67, 20.02, 20.37, 20.73, 21.08, 21.44, 21.79, 22.15,
+      22.5
+    ]
+  },
+  "range": {
+    "min_range_m": 0.8, "max_range_m": 120, "reference_reflectance": 0.8,
+    "bias_m": 0, "sigma_m": 0.015, "sigma_per_metre": 0.0003, "quantum_m": 0.012,
+    "angular_jitter_deg": 0.01, "beam_divergence_deg": 0.18, "beam_diameter_m": 0.01, "pulse_length_m": 0.75,
+    "drop_rate": 0.001
+  },
+  "scan_time_s": 0.1,
+  "mount_height_m": 1.8
+})json";
+
+constexpr const char* kLivoxAvia = R"json({
+  "name": "livox_avia",
+  "description": "Livox Avia, solid state, 70 x 77 deg, non-repetitive, half a second of beams",
+  "sources": [
+    "Livox, Avia User Manual: 70.4 x 77.2 deg (non-repetitive), 190 m at 10 % reflectivity, 240,000 points a second, range precision 2 cm (one sigma at 20 m), angular precision below 0.05 deg, nothing nearer than 1 m, divergence 0.28 x 0.03 deg",
+    "Assumed: the curve of the beams in a rectangle of angles, a scan of half a second (five frames), a round beam of 0.09 deg, 0.1 % lost"
+  ],
+  "pattern": {
+    "kind": "rosette",
+    "azimuth_min_deg": -35.2, "azimuth_max_deg": 35.2,
+    "elevation_min_deg": -38.6, "elevation_max_deg": 38.6,
+    "beam_count": 120000
+  },
+  "range": {
+    "min_range_m": 1, "max_range_m": 190, "reference_reflectance": 0.1,
+    "bias_m": 0, "sigma_m": 0.02, "sigma_per_metre": 0, "quantum_m": 0.001,
+    "angular_jitter_deg": 0.03, "beam_divergence_deg": 0.09, "beam_diameter_m": 0.01, "pulse_length_m": 0.75,
+    "drop_rate": 0.001
+  },
+  "scan_time_s": 0.5,
+  "mount_height_m": 1.7
+})json";
+
+constexpr const char* kAevaAeries2 = R"json({
+  "name": "aeva_aeries2",
+  "description": "Aeva Aeries II, FMCW, 120 x 30 deg, 10 frames a second",
+  "sources": [
+    "Aeva, Aeries II product brief: frequency modulated continuous wave, 120 x 30 deg, up to 500 m, precision of centimetres",
+    "Assumed: 64 lines of 1000 beams evenly over the view, 2 cm as one sigma, 300 m at reflectance 0.3, divergence 0.1 deg, one return a beam at a resolution of 0.3 m, 0.1 % lost"
+  ],
+  "pattern": {
+    "kind": "sphere",
+    "azimuth_min_deg": -60, "azimuth_max_deg": 60, "azimuth_count": 1000,
+    "elevation_min_deg": -15, "elevation_max_deg": 15, "elevation_count": 64
+  },
+  "range": {
+    "min_range_m": 0.5, "max_range_m": 300, "reference_reflectance": 0.3,
+    "bias_m": 0, "sigma_m": 0.02, "sigma_per_metre": 0, "quantum_m": 0.001,
+    "angular_jitter_deg": 0.01, "beam_divergence_deg": 0.1, "beam_diameter_m": 0.01, "pulse_length_m": 0.3,
+    "drop_rate": 0.001
+  },
+  "scan_time_s": 0.1,
+  "mount_height_m": 1.7
+})json";
+
 } // namespace
 
 std::vector<BuiltInSensor>
@@ -163,7 +240,10 @@ builtInSensors()
           {"velodyne_hdl32e", kVelodyneHdl32e},
           {"velodyne_vlp16", kVelodyneVlp16},
           {"sick_lms200", kSickLms200},
-          {"livox_mid360", kLivoxMid360}};
+          {"livox_mid360", kLivoxMid360},
+          {"ouster_os1_128", kOusterOs1128},
+          {"livox_avia", kLivoxAvia},
+          {"aeva_aeries2", kAevaAeries2}};
 }
 
 } // namespace pcl_ssfr::simulation

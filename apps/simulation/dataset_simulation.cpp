@@ -20,6 +20,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <optional>
+#include <sstream>
 
 namespace pcl_ssfr::simulation {
 
@@ -105,11 +106,14 @@ limitTurns(std::vector<Eigen::Isometry3d>& poses, double limit)
 }
 
 std::vector<Eigen::Isometry3d>
-placeScans(const DatasetPlan& plan, const Scene& scene, const SensorModel& sensor, const RayCaster& surfaces)
+placeScans(const DatasetPlan& plan,
+           const Scene& scene,
+           const std::vector<SensorModel>& sensors,
+           const RayCaster& surfaces)
 {
   std::vector<Eigen::Isometry3d> poses;
   for (const PathMotion& motion : plan.motions)
-    poses.push_back(poseAlong(scene, sensor, motion));
+    poses.push_back(poseAlong(scene, sensors.front(), motion));
   if (!poses.empty())
     return poses;
   // The scans before the first one are walked through as well, so that parts of one walk fit together.
@@ -117,7 +121,12 @@ placeScans(const DatasetPlan& plan, const Scene& scene, const SensorModel& senso
   options.scans = plan.start + plan.trajectory.scans;
   options.seed = plan.seed;
   options.random_rotation = false;
-  poses = makeTrajectory(scene, surfaces, sensor, options);
+  poses = makeTrajectory(scene, surfaces, sensors.front(), options);
+  for (std::size_t k = 1; k < sensors.size(); ++k) {
+    const std::vector<Eigen::Isometry3d> others = makeTrajectory(scene, surfaces, sensors[k], options);
+    for (std::size_t i = k; i < poses.size(); i += sensors.size())
+      poses[i] = others[i];
+  }
   if (plan.turn_limit > 0)
     limitTurns(poses, plan.turn_limit);
   return {poses.begin() + plan.start, poses.begin() + plan.start + plan.trajectory.scans};
@@ -145,6 +154,22 @@ anythingMoves(const DatasetPlan& plan)
   return plan.movables.people > 0 || plan.movables.doors_move || plan.movables.moved_furniture > 0;
 }
 
+bool
+hasTraffic(const Scene& scene)
+{
+  return std::any_of(
+      scene.loose_items.begin(), scene.loose_items.end(), [](const LooseItem& item) { return item.drives; });
+}
+
+/// The scene when nothing moves; doors that are always shut are.
+SurfaceModel
+stillSurfaces(const Scene& scene, const DatasetPlan& plan)
+{
+  MovableOptions still;
+  still.shut_doors = plan.movables.shut_doors;
+  return surfacesAt(scene, still, plan.seed, 0);
+}
+
 /// The surfaces of every scan; built once when nothing moves.
 class Stage {
 public:
@@ -154,7 +179,7 @@ public:
   const RayCaster&
   at(std::size_t number, const Eigen::Isometry3d& T_world_sensor, double scan_time)
   {
-    if (caster_ && !anythingMoves(plan_))
+    if (caster_ && !anythingMoves(plan_) && !hasTraffic(scene_))
       return *caster_;
     const Eigen::Vector3d way = plan_.velocity * scan_time * Eigen::Vector3d::UnitX();
     caster_.emplace(surfacesAt(scene_,
@@ -230,11 +255,27 @@ scanName(std::size_t number)
   return name.data();
 }
 
+/// The short names of the plan's sensors.
+std::string
+sensorsName(const DatasetPlan& plan, const std::string& between)
+{
+  std::string text;
+  for (const std::string& name : sensorsOf(plan.sensor))
+    text += (text.empty() ? "" : between) + shortName(name);
+  return text;
+}
+
 std::string
 describe(const DatasetPlan& plan)
 {
   std::string text =
-      "simulated: " + shortName(plan.scene) + ", " + shortName(plan.sensor) + ", seed " + std::to_string(plan.seed);
+      "simulated: " + shortName(plan.scene) + ", " + sensorsName(plan, ", ") + ", seed " + std::to_string(plan.seed);
+  if (plan.scene_options.storeys > 0)
+    text += ", " + std::to_string(plan.scene_options.storeys) + " storeys";
+  if (plan.scene_options.alike)
+    text += ", exactly alike";
+  if (plan.movables.shut_doors > 0)
+    text += ", doors shut";
   if (!plan.noise)
     text += ", no noise";
   if (plan.velocity != 0 || plan.turn_rate != 0)
@@ -253,6 +294,10 @@ describePlan(const PreparedPlan& prepared)
   Json json;
   json["program"] = "ssfr_simulate " PCL_SSFR_VERSION;
   json["scene"] = shortName(plan.scene);
+  if (plan.scene_options.storeys > 0)
+    json["storeys"] = plan.scene_options.storeys;
+  if (plan.scene_options.alike)
+    json["alike"] = true;
   json["seed"] = plan.seed;
   json["scans"] = prepared.T_world_sensor.size();
   json["start"] = plan.start;
@@ -262,6 +307,8 @@ describePlan(const PreparedPlan& prepared)
   json["turn_rate_deg_s"] = plan.turn_rate * kDegreesPerRadian;
   json["people"] = plan.movables.people;
   json["doors_move"] = plan.movables.doors_move;
+  if (plan.movables.shut_doors > 0)
+    json["shut_doors"] = plan.movables.shut_doors;
   json["moved_furniture"] = plan.movables.moved_furniture;
   if (plan.motions.empty()) {
     json["step_m"] = plan.trajectory.step;
@@ -270,7 +317,11 @@ describePlan(const PreparedPlan& prepared)
     json["turn_limit_deg"] = plan.turn_limit * kDegreesPerRadian;
     json["tilt_deg"] = plan.trajectory.tilt * kDegreesPerRadian;
   }
-  json["sensor_model"] = Json::parse(formatSensor(prepared.sensor));
+  if (prepared.sensors.size() == 1)
+    json["sensor_model"] = Json::parse(formatSensor(prepared.sensors.front()));
+  else
+    for (const SensorModel& sensor : prepared.sensors)
+      json["sensor_models"].push_back(Json::parse(formatSensor(sensor)));
   return json;
 }
 
@@ -279,7 +330,10 @@ descriptionOf(const PreparedPlan& prepared, const DatasetSummary& summary)
 {
   Json json;
   json["name"] = prepared.plan.name;
-  json["sensor"] = prepared.sensor.name;
+  std::string sensors;
+  for (const SensorModel& sensor : prepared.sensors)
+    sensors += (sensors.empty() ? "" : ",") + sensor.name;
+  json["sensor"] = sensors;
   json["viewpoint"] = "sensor";
   json["success"] = {{"rotation_deg", kSuccessRotation}, {"translation_m", kSuccessTranslation}};
   json["note"] = prepared.plan.note;
@@ -301,7 +355,7 @@ isListed(const DatasetPlan& plan, std::size_t source, std::size_t target)
 std::vector<DatasetPair>
 makePairs(const PreparedPlan& prepared, const std::vector<Eigen::Isometry3d>& T_world_scan)
 {
-  const RayCaster still(surfacesAt(prepared.scene, {}, prepared.plan.seed, 0));
+  const RayCaster still(stillSurfaces(prepared.scene, prepared.plan));
   std::vector<DatasetPair> pairs;
   for (std::size_t source = 1; source < T_world_scan.size(); ++source)
     for (std::size_t target = 0; target < source; ++target) {
@@ -311,14 +365,29 @@ makePairs(const PreparedPlan& prepared, const std::vector<Eigen::Isometry3d>& T_
       pair.source = source;
       pair.target = target;
       pair.T_target_source = T_world_scan[target].inverse() * T_world_scan[source];
-      pair.overlap =
-          visibleOverlap(still, prepared.sensor, prepared.T_world_sensor[source], prepared.T_world_sensor[target]);
+      pair.overlap = visibleOverlap(still,
+                                    prepared.sensorOf(source),
+                                    prepared.sensorOf(target),
+                                    prepared.T_world_sensor[source],
+                                    prepared.T_world_sensor[target]);
       pairs.push_back(pair);
     }
   return pairs;
 }
 
 } // namespace
+
+std::vector<std::string>
+sensorsOf(const std::string& names)
+{
+  if (std::filesystem::exists(names))
+    return {names};
+  std::vector<std::string> all;
+  std::istringstream text(names);
+  for (std::string name; std::getline(text, name, ',');)
+    all.push_back(name);
+  return all;
+}
 
 SensorModel
 loadSensor(const std::string& name)
@@ -331,23 +400,38 @@ prepare(const DatasetPlan& plan, unsigned threads)
 {
   PreparedPlan prepared;
   prepared.plan = plan;
-  prepared.scene = loadNamed(
-      plan.scene, [&] { return isFile(plan.scene) ? makeMeshScene(plan.scene) : makeScene(plan.scene, plan.seed); });
+  if (isFile(plan.scene) && (plan.scene_options.storeys > 0 || plan.scene_options.alike))
+    throw SimulationError("--storeys and --alike are for scenes by name, not for " + plan.scene);
+  prepared.scene = loadNamed(plan.scene, [&] {
+    return isFile(plan.scene) ? makeMeshScene(plan.scene) : makeScene(plan.scene, plan.seed, plan.scene_options);
+  });
   if (plan.sensor.empty())
     prepared.plan.sensor = prepared.scene.recommended_sensor;
   if (prepared.plan.sensor.empty())
     throw SimulationError("--sensor is missing: " + plan.scene + " recommends none");
-  prepared.sensor = loadSensor(prepared.plan.sensor);
+  for (const std::string& name : sensorsOf(prepared.plan.sensor))
+    prepared.sensors.push_back(loadSensor(name));
   if (prepared.plan.name.empty())
-    prepared.plan.name = shortName(plan.scene) + "_" + shortName(prepared.plan.sensor);
+    prepared.plan.name = shortName(plan.scene) + "_" + sensorsName(prepared.plan, "_");
   if (prepared.plan.note.empty())
     prepared.plan.note = describe(prepared.plan);
+  if (plan.at_stations) {
+    const auto stations = static_cast<int>(prepared.scene.stations.size());
+    if (stations <= plan.start)
+      throw SimulationError("--stations: " + plan.scene + " has " + std::to_string(stations) +
+                            " stations, and the first scan is number " + std::to_string(plan.start));
+    prepared.plan.trajectory.scans = stations - plan.start;
+    prepared.plan.trajectory.step = 0;
+    prepared.plan.trajectory.overlap = 0;
+  }
   if (plan.beams > 0)
-    prepared.sensor = withBeamCount(prepared.sensor, plan.beams);
-  const RayCaster still(surfacesAt(prepared.scene, {}, plan.seed, 0));
-  prepared.T_world_sensor = placeScans(prepared.plan, prepared.scene, prepared.sensor, still);
+    for (SensorModel& sensor : prepared.sensors)
+      sensor = withBeamCount(sensor, plan.beams);
+  const RayCaster still(stillSurfaces(prepared.scene, plan));
+  prepared.T_world_sensor = placeScans(prepared.plan, prepared.scene, prepared.sensors, still);
   if (plan.points > 0)
-    prepared.sensor = withPoints(prepared.plan, prepared.scene, prepared.sensor, prepared.T_world_sensor, threads);
+    for (SensorModel& sensor : prepared.sensors)
+      sensor = withPoints(prepared.plan, prepared.scene, sensor, prepared.T_world_sensor, threads);
   return prepared;
 }
 
@@ -362,10 +446,11 @@ simulateDataset(const PreparedPlan& prepared, DatasetWriter& writer, Progress& p
   Stage stage(prepared.scene, plan);
   for (std::size_t i = 0; i < summary.scans; ++i) {
     const std::size_t number = i + static_cast<std::size_t>(plan.start);
+    const SensorModel& sensor = prepared.sensorOf(i);
     ScanOptions options = scanOptions(plan, number, threads);
     options.progress = [&](double share) { progress.update(i, summary.scans, share); };
-    SimulatedScan scan = simulateScan(
-        stage.at(number, T_world_scan[i], prepared.sensor.scan_time), prepared.sensor, T_world_scan[i], options);
+    SimulatedScan scan =
+        simulateScan(stage.at(number, T_world_scan[i], sensor.scan_time), sensor, T_world_scan[i], options);
     if (plan.random_rotation) {
       const Eigen::Matrix3d R = RandomStream(plan.seed, kFrameStream, number).rotation();
       turnInto(R, scan.points);

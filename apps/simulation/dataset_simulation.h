@@ -34,13 +34,16 @@ constexpr int kAllPairs = 1 << 30;
 
 /// What a dataset shall hold. The same plan gives the same bytes, whatever the number of threads.
 struct DatasetPlan {
-  std::string name;                ///< empty: scene and sensor
-  std::string note;                ///< empty: a summary of the plan
-  std::string scene;               ///< a name of sceneNames(), or a mesh file
-  std::string sensor;              ///< a name of sensorNames(), or a .json file; empty: what the scene recommends
+  std::string name;           ///< empty: scene and sensor
+  std::string note;           ///< empty: a summary of the plan
+  std::string scene;          ///< a name of sceneNames(), or a mesh file
+  SceneOptions scene_options; ///< of a scene by name
+  std::string sensor; ///< a name of sensorNames() or a .json file, or several with commas: scans take them in turn;
+                      ///< empty: what the scene recommends
   std::size_t beams = 0;           ///< a scan; 0: as the sensor has them
   std::size_t points = 0;          ///< wanted returns a scan, on average, instead of \ref beams; 0: not used
   int start = 0;                   ///< number of the first scan: the scans before it on the same walk are left out
+  bool at_stations = false;        ///< one scan at each station of the scene, whatever the trajectory says
   TrajectoryOptions trajectory;    ///< its seed and its random rotation are not used
   double turn_limit = 0;           ///< largest change of heading between scans, whatever the path does; 0: none [rad]
   std::vector<PathMotion> motions; ///< one a scan, instead of the trajectory when there are any
@@ -58,14 +61,21 @@ struct DatasetPlan {
 struct PreparedPlan {
   DatasetPlan plan; ///< names filled in
   Scene scene;
-  SensorModel sensor; ///< with the number of beams that the plan asks for
+  std::vector<SensorModel> sensors; ///< at least one, with the number of beams that the plan asks for
   std::vector<Eigen::Isometry3d> T_world_sensor;
+
+  /// The sensor of a scan, by its place in T_world_sensor: scans take them in turn.
+  const SensorModel&
+  sensorOf(std::size_t scan) const
+  {
+    return sensors[(scan + static_cast<std::size_t>(plan.start)) % sensors.size()];
+  }
 };
 
 /// What was simulated, for people.
 struct DatasetSummary {
   std::size_t scans = 0;
-  std::size_t beams = 0; ///< a scan
+  std::size_t beams = 0; ///< a scan, of the last one
   std::size_t least_points = 0;
   std::size_t most_points = 0;
   double mean_points = 0;
@@ -73,6 +83,9 @@ struct DatasetSummary {
   std::size_t bytes = 0;
 };
 
+/// The names in DatasetPlan::sensor; a file whose name has a comma is one.
+std::vector<std::string>
+sensorsOf(const std::string& names);
 /// A sensor by name or from a .json file. \throw io::IoError for a file that cannot be used, SimulationError otherwise
 SensorModel
 loadSensor(const std::string& name);

@@ -24,7 +24,122 @@ constexpr int kTries = 40;                     // places tried for a thing
 constexpr int kAreaTries = 200;                // and for a free area
 constexpr std::size_t kVerticesAhead = 400000; // of a large scene: parts are appended one by one
 
+constexpr double kGrid = 8192; // steps a metre of snap(); exact in floats below 2 km
+
+template <typename Vector>
+Vector
+gridPoint(const Vector& point)
+{
+  using Scalar = typename Vector::Scalar;
+  return (point.template cast<double>() * kGrid).array().round().matrix().template cast<Scalar>() /
+         static_cast<Scalar>(kGrid);
+}
+
+void
+snapSurfaces(SurfaceModel& model)
+{
+  for (Eigen::Vector3f& vertex : model.mesh.vertices)
+    vertex = gridPoint(vertex);
+  for (Sphere& sphere : model.spheres)
+    sphere.centre = gridPoint(sphere.centre);
+  for (Tube& tube : model.tubes)
+    tube.base = gridPoint(tube.base);
+}
+
+/// An upright box along the axes after the motion.
+WalkArea
+movedArea(const Eigen::Isometry3d& T, const WalkArea& area)
+{
+  const Eigen::Vector3d a = T * area.lower;
+  const Eigen::Vector3d b = T * area.upper;
+  return {a.cwiseMin(b), a.cwiseMax(b)};
+}
+
 } // namespace
+
+void
+WalkPlan::to(const Eigen::Vector3d& point)
+{
+  if (!points_.empty()) {
+    const double step = (point - points_.back()).norm();
+    if (step < 1e-9)
+      return;
+    length_ += step;
+  }
+  points_.push_back(point);
+}
+
+void
+WalkPlan::stop(const Eigen::Vector3d& point)
+{
+  to(point);
+  stations_.push_back(length_);
+}
+
+const std::vector<Eigen::Vector3d>&
+WalkPlan::points() const
+{
+  return points_;
+}
+
+const std::vector<double>&
+WalkPlan::stations() const
+{
+  return stations_;
+}
+
+double
+onGrid(double value)
+{
+  return std::round(value * kGrid) / kGrid;
+}
+
+void
+snap(Scene& part)
+{
+  snapSurfaces(part.surfaces);
+  for (Door& door : part.doors)
+    door.hinge = gridPoint(door.hinge);
+  for (LooseItem& item : part.loose_items) {
+    // As it stands: what is rotated later would differ in the last bits.
+    SurfaceModel standing;
+    standing.append(item.surfaces, parts::standAt(Eigen::Vector3d::Zero(), item.yaw));
+    item.surfaces = standing;
+    item.yaw = 0;
+    snapSurfaces(item.surfaces);
+    item.place = gridPoint(item.place);
+  }
+}
+
+void
+appendScene(Scene& scene, const Scene& part, const Eigen::Vector3d& foot, bool half_turn)
+{
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  if (half_turn)
+    T.linear() = Eigen::Vector3d(-1, -1, 1).asDiagonal(); // exact
+  T.translation() = foot;
+  const double turn = half_turn ? kPi : 0;
+  scene.surfaces.append(part.surfaces, T);
+  for (Door door : part.doors) {
+    door.hinge = T * door.hinge;
+    door.closed_yaw += turn;
+    scene.doors.push_back(door);
+  }
+  for (const WalkArea& area : part.walk_areas)
+    scene.walk_areas.push_back(movedArea(T, area));
+  for (LooseItem item : part.loose_items) {
+    item.place = T * item.place;
+    item.area = movedArea(T, item.area);
+    if (half_turn) {
+      SurfaceModel turned;
+      Eigen::Isometry3d R = T;
+      R.translation().setZero();
+      turned.append(item.surfaces, R);
+      item.surfaces = turned;
+    }
+    scene.loose_items.push_back(item);
+  }
+}
 
 SceneBuilder::SceneBuilder(std::uint64_t seed) : random_(seed)
 {
@@ -67,6 +182,13 @@ void
 SceneBuilder::setPath(std::vector<Eigen::Vector3d> path)
 {
   scene_.path = std::move(path);
+}
+
+void
+SceneBuilder::setPath(const WalkPlan& walk)
+{
+  scene_.path = walk.points();
+  scene_.stations = walk.stations();
 }
 
 void
@@ -224,6 +346,15 @@ SceneBuilder::placeLoose(
   scene_.loose_items.push_back({part, foot, yaw, {{room.x0, room.y0, foot.z()}, {room.x1, room.y1, foot.z()}}});
   last_foot_ = foot;
   last_yaw_ = yaw;
+  return true;
+}
+
+bool
+SceneBuilder::placeTraffic(const SurfaceModel& car, const Eigen::Vector3d& foot, double yaw, const Rect& lane)
+{
+  if (!placeLoose(car, foot, yaw, lane, true))
+    return false;
+  scene_.loose_items.back().drives = true;
   return true;
 }
 

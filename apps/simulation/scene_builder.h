@@ -15,6 +15,41 @@
 
 namespace pcl_ssfr::simulation {
 
+/// A walk and the places on it where a scanner is put up.
+class WalkPlan {
+public:
+  /// Walk on to a point of the floor [m].
+  void
+  to(const Eigen::Vector3d& point);
+  /// Walk on and put up the scanner there.
+  void
+  stop(const Eigen::Vector3d& point);
+  const std::vector<Eigen::Vector3d>&
+  points() const;
+  /// Of each station, how far along the walk it is [m].
+  const std::vector<double>&
+  stations() const;
+
+private:
+  std::vector<Eigen::Vector3d> points_;
+  std::vector<double> stations_;
+  double length_ = 0;
+};
+
+/** \brief Move everything of a part of a building to a fine binary grid (1/8192 m), so that copies of it at places on
+ * that grid (see onGrid()) repeat it to the last bit. Pipes and spheres move as their ends and centres do.
+ */
+void
+snap(Scene& part);
+/// The nearest place on the grid of snap() [m].
+double
+onGrid(double value);
+/** \brief Add a part: surfaces, doors, walk areas and loose things, but not its walk.
+ * \param[in] half_turn half a turn about the vertical through the part's origin before it is put on \p foot
+ */
+void
+appendScene(Scene& scene, const Scene& part, const Eigen::Vector3d& foot, bool half_turn = false);
+
 /** \brief Puts a scene together and keeps account of what stands where: nothing stands in the path, in a doorway or in
  * something else.
  *
@@ -42,6 +77,9 @@ public:
 
   void
   setPath(std::vector<Eigen::Vector3d> path);
+  /// The path with its stations.
+  void
+  setPath(const WalkPlan& walk);
   /// The wall, with a leaf for every opening that has one; the floor before its doors is kept free.
   void
   addWall(const parts::Wall& wall, double z, double height);
@@ -77,6 +115,9 @@ public:
   /// Something movable somewhere in a room.
   bool
   placeLooseInside(const SurfaceModel& part, const parts::Rect& room, double z);
+  /// A car that drives in a lane along the axes: it is somewhere else in it in every scan.
+  bool
+  placeTraffic(const SurfaceModel& car, const Eigen::Vector3d& foot, double yaw, const parts::Rect& lane);
   /// Keep up to \p count free rectangles of a room for people.
   void
   addWalkAreas(const parts::Rect& room, double z, int count, double smallest = 0.8, double largest = 2.2);

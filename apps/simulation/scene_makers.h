@@ -32,5 +32,25 @@ Scene
 makeCave(std::uint64_t seed);
 Scene
 makeTwoFloorsAlike(std::uint64_t seed);
+Scene
+makeTower(std::uint64_t seed, const SceneOptions& options);
+Scene
+makeHotelCorridor(std::uint64_t seed, const SceneOptions& options);
+Scene
+makeTwinWings(std::uint64_t seed, const SceneOptions& options);
+Scene
+makePlantHall(std::uint64_t seed, const SceneOptions& options);
+Scene
+makeRoomsWithDoors(std::uint64_t seed);
+Scene
+makeCampus(std::uint64_t seed);
+Scene
+makeTreeRoad(std::uint64_t seed);
+Scene
+makeIndustrialSite(std::uint64_t seed);
+Scene
+makeCarParkLevels(std::uint64_t seed, const SceneOptions& options);
+Scene
+makeForestEdge(std::uint64_t seed);
 
 } // namespace pcl_ssfr::simulation

@@ -27,22 +27,46 @@ namespace {
 
 using parts::kPi;
 
+using Maker = Scene (*)(std::uint64_t seed, const SceneOptions& options);
+
 struct SceneEntry {
   const char* name;
-  Scene (*make)(std::uint64_t seed);
+  Maker make;
+  bool has_storeys; ///< SceneOptions::storeys means something
+  bool repeats;     ///< so does SceneOptions::alike
 };
 
-constexpr std::array<SceneEntry, 11> kScenes = {{{"basic_model", makeBasicModel},
-                                                 {"apartment", makeApartment},
-                                                 {"office_floor", makeOfficeFloor},
-                                                 {"hall", makeHall},
-                                                 {"street", makeStreet},
-                                                 {"endless_corridor", makeEndlessCorridor},
-                                                 {"symmetric_room", makeSymmetricRoom},
-                                                 {"cylinder_hall", makeCylinderHall},
-                                                 {"slanted", makeSlanted},
-                                                 {"cave", makeCave},
-                                                 {"two_floors_alike", makeTwoFloorsAlike}}};
+/// A scene without options.
+template <Scene (*Make)(std::uint64_t)>
+Scene
+plain(std::uint64_t seed, const SceneOptions& /*options*/)
+{
+  return Make(seed);
+}
+
+constexpr std::array<SceneEntry, 21> kScenes = {{
+    {"basic_model", plain<makeBasicModel>, false, false},
+    {"apartment", plain<makeApartment>, false, false},
+    {"office_floor", plain<makeOfficeFloor>, false, false},
+    {"hall", plain<makeHall>, false, false},
+    {"street", plain<makeStreet>, false, false},
+    {"endless_corridor", plain<makeEndlessCorridor>, false, false},
+    {"symmetric_room", plain<makeSymmetricRoom>, false, false},
+    {"cylinder_hall", plain<makeCylinderHall>, false, false},
+    {"slanted", plain<makeSlanted>, false, false},
+    {"cave", plain<makeCave>, false, false},
+    {"two_floors_alike", plain<makeTwoFloorsAlike>, false, false},
+    {"tower", makeTower, true, true},
+    {"hotel_corridor", makeHotelCorridor, false, true},
+    {"twin_wings", makeTwinWings, false, true},
+    {"plant_hall", makePlantHall, false, true},
+    {"rooms_with_doors", plain<makeRoomsWithDoors>, false, false},
+    {"campus", plain<makeCampus>, false, false},
+    {"tree_road", plain<makeTreeRoad>, false, false},
+    {"industrial_site", plain<makeIndustrialSite>, false, false},
+    {"car_park_levels", makeCarParkLevels, true, true},
+    {"forest_edge", plain<makeForestEdge>, false, false},
+}};
 
 // What moves.
 constexpr double kSensorGap = 0.5;    // nothing that moves comes nearer to a sensor [m]
@@ -53,6 +77,7 @@ constexpr int kTries = 100;
 // Streams of random numbers of one scan.
 constexpr std::uint64_t kOrderStream = 0;
 constexpr std::uint64_t kDoorStream = 1;
+constexpr std::uint64_t kShutStream = 0x73687574ULL; // of the doors, whatever the scan
 constexpr std::uint64_t kItemStream = 1ULL << 32U;
 constexpr std::uint64_t kPersonStream = 2ULL << 32U;
 
@@ -131,9 +156,36 @@ requireValid(const MovableOptions& options)
     text << "people is " << options.people << ", needs 0 or more";
   else if (!(options.moved_furniture >= 0 && options.moved_furniture <= 1))
     text << "moved_furniture is " << options.moved_furniture << ", needs a share in [0, 1]";
+  else if (!(options.shut_doors >= 0 && options.shut_doors <= 1))
+    text << "shut_doors is " << options.shut_doors << ", needs a share in [0, 1]";
   else
     return;
   throw SimulationError(text.str());
+}
+
+/// Names of the scenes with an option.
+std::string
+scenesWith(bool SceneEntry::*option)
+{
+  std::string names;
+  for (const SceneEntry& entry : kScenes)
+    if (entry.*option)
+      names += (names.empty() ? "" : ", ") + std::string(entry.name);
+  return names;
+}
+
+void
+requireValid(const SceneEntry& entry, const SceneOptions& options)
+{
+  const std::string scene = std::string("scene '") + entry.name + "'";
+  if (options.storeys != 0 && !entry.has_storeys)
+    throw SimulationError("storeys is " + std::to_string(options.storeys) + ", but " + scene +
+                          " has none to choose; these have: " + scenesWith(&SceneEntry::has_storeys));
+  if (options.storeys != 0 && (options.storeys < 2 || options.storeys > kMostStoreys))
+    throw SimulationError("storeys is " + std::to_string(options.storeys) + ", needs 2 to " +
+                          std::to_string(kMostStoreys));
+  if (options.alike && !entry.repeats)
+    throw SimulationError("alike: nothing repeats in " + scene + "; it does in " + scenesWith(&SceneEntry::repeats));
 }
 
 // The path through a mesh of the user.
@@ -292,11 +344,12 @@ sceneNames()
 }
 
 Scene
-makeScene(const std::string& name, std::uint64_t seed)
+makeScene(const std::string& name, std::uint64_t seed, const SceneOptions& options)
 {
   for (const SceneEntry& entry : kScenes)
     if (name == entry.name) {
-      Scene scene = entry.make(seed);
+      requireValid(entry, options);
+      Scene scene = entry.make(seed, options);
       scene.name = name;
       return scene;
     }
@@ -343,8 +396,8 @@ surfacesAt(const Scene& scene,
     std::swap(order[i - 1], order[static_cast<std::size_t>(shuffle.index(static_cast<int>(i)))]);
   const auto moved = static_cast<std::size_t>(std::lround(options.moved_furniture * static_cast<double>(items)));
   std::vector<bool> moves(items, false);
-  for (std::size_t i = 0; i < moved; ++i)
-    moves[order[i]] = true;
+  for (std::size_t i = 0; i < items; ++i)
+    moves[order[i]] = i < moved || scene.loose_items[order[i]].drives;
 
   std::vector<Footprint> taken;
   const auto put = [&](const LooseItem& item, const Eigen::Vector3d& place, double yaw) {
@@ -409,7 +462,11 @@ surfacesAt(const Scene& scene,
   for (std::size_t i = 0; i < scene.doors.size(); ++i) {
     const Door& door = scene.doors[i];
     double yaw = door.closed_yaw + door.swing;
-    if (options.doors_move) {
+    if (RandomStream(seed, kShutStream, i).uniform() < options.shut_doors) {
+      if (isLeafClear(door, door.closed_yaw, sensors))
+        yaw = door.closed_yaw;
+    }
+    else if (options.doors_move) {
       RandomStream random(seed, stream, kDoorStream + i);
       for (int j = 0; j < kTries; ++j) {
         const double tried = door.closed_yaw + door.swing * random.uniform();

@@ -39,6 +39,7 @@ struct NumberOption {
 
 constexpr NumberOption kNumbers[] = {
     {"scans", "N", "number of scans", 1, kMostScans, true},
+    {"storeys", "N", "storeys of tower, levels of car_park_levels", 2, kMostStoreys, true},
     {"seed",
      "S",
      "another seed is another scene, walk and noise; the same one gives the same bytes",
@@ -65,6 +66,7 @@ constexpr NumberOption kNumbers[] = {
     {"velocity", "M/S", "drive forward while scanning: scans are distorted by motion", -100, 100, false},
     {"turn-rate", "DEG/S", "rotation about the sensor's z while scanning", -3600, 3600, false},
     {"people", "N", "people, who stand somewhere else in every scan", 0, 1000, true},
+    {"shut-doors", "X", "share of the doors that are shut in every scan", 0, 1, false},
     {"moved-furniture",
      "X",
      "share of loose things (chairs, boxes, parked cars) that stand elsewhere in every scan",
@@ -111,13 +113,19 @@ describeOptions()
   const DatasetPlan defaults;
   po::options_description what("What is simulated", kHelpWidth);
   what.add_options()("scene", text("NAME|FILE"), "a scene of --list, or a mesh (.obj, .ply, .stl; metres, z up)")(
-      "sensor", text("NAME|FILE"), "a sensor of --list, or a .json file (default: what suits the scene)")(
-      "paper-set", text("NAME"), ("instead of both: " + joined(paperSetNames())).c_str())(
+      "sensor",
+      text("NAME|FILE"),
+      "a sensor of --list, or a .json file (default: what suits the scene); several with commas: scans take them in "
+      "turn")("paper-set", text("NAME"), ("instead of both: " + joined(paperSetNames())).c_str())(
       "reduced", "the small version of a paper set: three scans of less than 2 MB");
   add_number(what, "scans", std::to_string(defaults.trajectory.scans));
+  what.add_options()("stations",
+                     "instead: one scan at each place where a surveyor would put up a scanner in the scene");
   add_number(what, "seed", std::to_string(defaults.seed));
   add_number(what, "start", std::to_string(defaults.start));
   add_number(what, "points");
+  add_number(what, "storeys");
+  what.add_options()("alike", "storeys, rooms, wings and bays of a scene repeat exactly, furniture included");
 
   po::options_description motion("How the sensor moves", kHelpWidth);
   add_number(motion, "step");
@@ -132,6 +140,7 @@ describeOptions()
   po::options_description changes("What changes, and what is measured", kHelpWidth);
   add_number(changes, "people", std::to_string(defaults.movables.people));
   changes.add_options()("doors", "every door stands at another angle in every scan (default: all wide open)");
+  add_number(changes, "shut-doors", formatNumber(defaults.movables.shut_doors));
   add_number(changes, "moved-furniture", formatNumber(defaults.movables.moved_furniture));
   changes.add_options()("no-noise", "exact ranges on exact beams");
 
@@ -229,14 +238,29 @@ basePlan(const Values& values)
     plan.scene = values.text("scene");
     checkName("scene", plan.scene, sceneNames(), "a mesh file");
     plan.sensor = values.text("sensor");
-    if (!plan.sensor.empty())
-      checkName("sensor", plan.sensor, sensorNames(), "a .json file");
+    for (const std::string& name : sensorsOf(plan.sensor))
+      checkName("sensor", name, sensorNames(), "a .json file");
+    if (plan.sensor.find(',') != std::string::npos && sensorsOf(plan.sensor).size() > 1 && values.has("overlap"))
+      throw UsageError("--overlap contradicts several sensors, which have an overlap each: give --step");
+    values.number("storeys", plan.scene_options.storeys);
+    plan.scene_options.alike = values.has("alike");
     return plan;
   }
   const std::string set = values.text("paper-set");
   checkName("paper-set", set, paperSetNames(), nullptr);
   plan = makePaperSet(set, values.has("reduced")).plan;
-  for (const char* fixed : {"scene", "sensor", "points", "step", "overlap", "turn", "turn-limit", "tilt", "start"})
+  for (const char* fixed : {"scene",
+                            "sensor",
+                            "points",
+                            "step",
+                            "overlap",
+                            "turn",
+                            "turn-limit",
+                            "tilt",
+                            "start",
+                            "storeys",
+                            "alike",
+                            "stations"})
     if (values.has(fixed))
       throw UsageError(std::string("--") + fixed + " contradicts --paper-set, which decides it");
   for (const char* fixed : {"scans", "pairs"})
@@ -267,6 +291,10 @@ choosePlan(const Values& values)
 {
   DatasetPlan plan = basePlan(values);
   values.number("scans", plan.trajectory.scans);
+  plan.at_stations = values.has("stations");
+  for (const char* other : {"scans", "step", "overlap"})
+    if (plan.at_stations && values.has(other))
+      throw UsageError(std::string("--") + other + " contradicts --stations, which decides it");
   values.number("seed", plan.seed);
   values.number("start", plan.start);
   values.number("points", plan.beams);
@@ -284,6 +312,7 @@ choosePlan(const Values& values)
   values.number("velocity", plan.velocity);
   values.number("turn-rate", plan.turn_rate, kDegreesPerRadian);
   values.number("people", plan.movables.people);
+  values.number("shut-doors", plan.movables.shut_doors);
   values.number("moved-furniture", plan.movables.moved_furniture);
   plan.movables.doors_move = values.has("doors");
   plan.random_rotation = values.has("random-rotation");

@@ -31,6 +31,15 @@ struct Extent {
 };
 
 std::string
+joinedNames(const std::vector<SensorModel>& sensors)
+{
+  std::string text;
+  for (const SensorModel& sensor : sensors)
+    text += (text.empty() ? "" : ", ") + sensor.name;
+  return text;
+}
+
+std::string
 pairsText(const std::vector<DatasetPair>& pairs)
 {
   if (pairs.empty())
@@ -76,7 +85,7 @@ std::string
 toText(const std::string& folder, const PreparedPlan& prepared, const DatasetSummary& summary, double seconds)
 {
   return "Wrote " + folder + ": " + prepared.plan.name + ", scene " + prepared.scene.name + ", sensor " +
-         prepared.sensor.name + "\n" +
+         joinedNames(prepared.sensors) + "\n" +
          format("  scans   %zu of %zu beams, %.0f points on average (%zu to %zu)\n",
                 summary.scans,
                 summary.beams,

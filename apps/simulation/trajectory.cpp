@@ -114,13 +114,32 @@ private:
   std::vector<double> along_; ///< length of the path up to each point [m]
 };
 
+/// How far along the walk scan \p i is taken: at the stations, then between them at even shares [m].
+double
+stationPlace(const std::vector<double>& stations, std::size_t i)
+{
+  if (i < stations.size())
+    return stations[i];
+  const std::size_t gaps = std::max<std::size_t>(1, stations.size() - 1);
+  const std::size_t k = (i - stations.size()) % gaps;
+  // 1/2, 1/4, 3/4, 1/8, ...: the bits of the round, mirrored.
+  double share = 0;
+  double bit = 0.5;
+  for (std::size_t round = 1 + (i - stations.size()) / gaps; round > 0; round /= 2) {
+    share += static_cast<double>(round % 2) * bit;
+    bit /= 2;
+  }
+  return stations[k] + share * (stations[std::min(k + 1, stations.size() - 1)] - stations[k]);
+}
+
+template <typename Place>
 Poses
-posesAt(const Walk& walk, const SensorModel& sensor, const TrajectoryOptions& options, double step)
+posesAt(const Walk& walk, const SensorModel& sensor, const TrajectoryOptions& options, const Place& place)
 {
   Poses poses;
   for (int i = 0; i < options.scans; ++i) {
     const auto number = static_cast<std::uint64_t>(i);
-    const double s = walk.fold(step * i);
+    const double s = place(i);
     RandomStream random(options.seed, number, kTiltStream);
     // Two of them differ by no more than the turn.
     const double turn = random.uniform(-options.turn / 2, options.turn / 2);
@@ -137,6 +156,13 @@ posesAt(const Walk& walk, const SensorModel& sensor, const TrajectoryOptions& op
     poses.push_back(T);
   }
   return poses;
+}
+
+/// One scan after each step.
+Poses
+posesAt(const Walk& walk, const SensorModel& sensor, const TrajectoryOptions& options, double step)
+{
+  return posesAt(walk, sensor, options, [&](int i) { return walk.fold(step * i); });
 }
 
 /// Which directions a sensor looks in.
@@ -229,7 +255,8 @@ private:
 double
 overlapOf(const RayCaster& scene,
           const SensorModel& sensor,
-          const FieldOfView& view,
+          const RangeModel& target_range,
+          const FieldOfView& target_view,
           const Eigen::Isometry3d& T_world_source,
           const Eigen::Isometry3d& T_world_target,
           std::size_t rays)
@@ -256,8 +283,8 @@ overlapOf(const RayCaster& scene,
     const double distance = back.norm();
     // A surface is seen from its own side only: both sides of a thin one are different places.
     const bool same_side = distance == 0 || hit->normal.dot(back) > 0;
-    if (distance >= range.min_range && distance <= range.max_range && same_side &&
-        view.covers(T_target_world * point) && scene.isVisible(point, target))
+    if (distance >= target_range.min_range && distance <= target_range.max_range && same_side &&
+        target_view.covers(T_target_world * point) && scene.isVisible(point, target))
       ++shared;
   }
   return seen > 0 ? static_cast<double>(shared) / static_cast<double>(seen) : 0;
@@ -308,7 +335,7 @@ private:
     double sum = 0;
     for (std::size_t i = 0; i < taken; ++i) {
       const std::size_t k = i * pairs / taken;
-      sum += overlapOf(surfaces_, sensor_, view_, poses[k + 1], poses[k], kPairRays);
+      sum += overlapOf(surfaces_, sensor_, sensor_.range, view_, poses[k + 1], poses[k], kPairRays);
     }
     const double overlap = sum / static_cast<double>(taken);
     const double error = std::abs(overlap - options_.overlap);
@@ -358,8 +385,24 @@ makeTrajectory(const Scene& scene,
     throw SimulationError("the path of scene '" + scene.name + "' is a single point: only one scan can be taken");
   if (options.overlap > 0 && options.scans > 1)
     return OverlapSearch(walk, surfaces, sensor, options).run();
+  if (options.step == 0 && !scene.stations.empty())
+    return posesAt(
+        walk, sensor, options, [&](int i) { return stationPlace(scene.stations, static_cast<std::size_t>(i)); });
   const double step = options.step > 0 ? options.step : scene.natural_step;
   return posesAt(walk, sensor, options, step);
+}
+
+double
+visibleOverlap(const RayCaster& scene,
+               const SensorModel& source,
+               const SensorModel& target,
+               const Eigen::Isometry3d& T_world_source,
+               const Eigen::Isometry3d& T_world_target,
+               std::size_t rays)
+{
+  if (rays == 0)
+    fail("rays", rays, "1 or more");
+  return overlapOf(scene, source, target.range, FieldOfView(target), T_world_source, T_world_target, rays);
 }
 
 double
@@ -369,9 +412,7 @@ visibleOverlap(const RayCaster& scene,
                const Eigen::Isometry3d& T_world_target,
                std::size_t rays)
 {
-  if (rays == 0)
-    fail("rays", rays, "1 or more");
-  return overlapOf(scene, sensor, FieldOfView(sensor), T_world_source, T_world_target, rays);
+  return visibleOverlap(scene, sensor, sensor, T_world_source, T_world_target, rays);
 }
 
 } // namespace pcl_ssfr::simulation

@@ -72,7 +72,7 @@ takeScans(const simulation::DatasetPlan& plan, Frames frames = Frames::Rotated)
     options.noise = plan.noise;
     options.threads = kThreads;
     const std::vector<Eigen::Vector3f> points =
-        simulateScan(*caster, prepared.sensor, prepared.T_world_sensor[i], options).points;
+        simulateScan(*caster, prepared.sensorOf(i), prepared.T_world_sensor[i], options).points;
     RandomStream random(kFrameSeed, i, plan.seed);
     Eigen::Isometry3d T_scan_sensor = Eigen::Isometry3d::Identity();
     if (frames == Frames::Rotated)
