@@ -38,11 +38,11 @@ struct DatasetPlan {
   std::string note;           ///< empty: a summary of the plan
   std::string scene;          ///< a name of sceneNames(), or a mesh file
   SceneOptions scene_options; ///< of a scene by name
-  std::string sensor; ///< a name of sensorNames() or a .json file, or several with commas: scans take them in turn;
-                      ///< empty: what the scene recommends
-  std::size_t beams = 0;           ///< a scan; 0: as the sensor has them
-  std::size_t points = 0;          ///< wanted returns a scan, on average, instead of \ref beams; 0: not used
-  int start = 0;                   ///< number of the first scan: the scans before it on the same walk are left out
+  std::string sensor;     ///< a name of sensorNames() or a .json file, or several with commas: scans take them in turn;
+                          ///< empty: what the scene recommends
+  std::size_t beams = 0;  ///< a scan; 0: as the sensor has them
+  std::size_t points = 0; ///< wanted returns a scan, on average, instead of \ref beams; 0: not used
+  int start = 0;          ///< number of the first scan: the scans before it on the same walk are left out
   bool at_stations = false;        ///< one scan at each station of the scene, whatever the trajectory says
   TrajectoryOptions trajectory;    ///< its seed and its random rotation are not used
   double turn_limit = 0;           ///< largest change of heading between scans, whatever the path does; 0: none [rad]

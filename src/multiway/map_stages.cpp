@@ -9,6 +9,7 @@
 #include "multiway/assembly.h"
 #include "multiway/joint_adjustment.h"
 #include "multiway/map_report.h"
+#include "multiway/parts.h"
 #include "multiway/scan_pair.h"
 #include "multiway/storeys.h"
 #include "profiles/prepared_data.h"
@@ -66,7 +67,9 @@ public:
       graph_poses = assembly.poses;
       adjustAll(assembly);
     }
-    if (separateStoreys(assembly, graph, reasons)) {
+    bool is_apart = separateStoreys(assembly, graph, reasons);
+    is_apart = separateRefuted(assembly, graph, reasons) || is_apart;
+    if (is_apart) {
       graph_poses = assembly.poses;
       adjustAll(assembly);
     }
@@ -107,14 +110,6 @@ private:
     }
   }
 
-  static std::map<int, std::vector<int>>
-  membersOf(const Assembly& assembly)
-  {
-    std::map<int, std::vector<int>> members;
-    for (std::size_t i = 0; i < assembly.part.size(); ++i)
-      members[assembly.part[i]].push_back(static_cast<int>(i));
-    return members;
-  }
   static std::size_t
   countParts(const Assembly& assembly)
   {
@@ -155,16 +150,6 @@ private:
     return assembly.poses[static_cast<std::size_t>(target)].inverse() *
            assembly.poses[static_cast<std::size_t>(source)];
   }
-  static std::vector<std::pair<int, int>>
-  pairsOf(const std::vector<int>& members)
-  {
-    std::vector<std::pair<int, int>> pairs;
-    for (std::size_t a = 0; a < members.size(); ++a)
-      for (std::size_t b = a + 1; b < members.size(); ++b)
-        pairs.emplace_back(members[a], members[b]);
-    return pairs;
-  }
-
   /** \brief Take scans out of their parts that hang in what the other scans saw to be free: each scan against all
    * others of its part, the worst one first. \return whether any was
    */
@@ -217,7 +202,7 @@ private:
     }
     if (has_changed) {
       chooseLinks(assembly, links_, graph, places_, input_.options.choice);
-      splitUnconnected(assembly);
+      splitUnconnected(assembly, links_);
     }
     return has_changed;
   }
@@ -260,7 +245,7 @@ private:
     if (std::find(is_out.begin(), is_out.end(), 1) == is_out.end())
       return false;
     chooseLinks(assembly, links_, graph, places_, config);
-    splitUnconnected(assembly);
+    splitUnconnected(assembly, links_);
     return true;
   }
 
@@ -307,12 +292,58 @@ private:
           return rival.first >= config.rival_links && agree_here < config.clear_majority * rival.first;
         }))
       return true;
-    const double here = scoreAt(assembly, members, which, assembly.poses[i]);
+    const PlaceOdds here{agree_here, scoreAt(assembly, members, which, assembly.poses[i])};
     return std::any_of(rivals.begin(), rivals.end(), [&](const auto& rival) {
-      const double there = scoreAt(assembly, members, which, rival.second);
-      return there > here ||
-             (there > 0 && agree_here * std::pow(here / there, config.score_power) < config.clear_odds * rival.first);
+      return !isClear(here, {rival.first, scoreAt(assembly, members, which, rival.second)}, config);
     });
+  }
+
+  /// Whether a person said where a scan of the part is.
+  bool
+  isDecided(const std::vector<int>& members) const
+  {
+    return std::any_of(members.begin(), members.end(), [&](int i) {
+      return input_.priors[static_cast<std::size_t>(i)].has_value() ||
+             std::any_of(input_.decisions.accepted.begin(), input_.decisions.accepted.end(), [&](const auto& pair) {
+               return pair.first == i || pair.second == i;
+             });
+    });
+  }
+
+  /// Take parts apart whose sure links contradict each other too often, unless a person has spoken. \return whether any
+  bool
+  separateRefuted(Assembly& assembly, const HypothesisGraph& graph, std::vector<std::string>& reasons) const
+  {
+    if (!input_.options.alias.check)
+      return false;
+    bool has_changed = false;
+    for (const auto& [part, members] : membersOf(assembly)) {
+      if (members.size() < 2 || isDecided(members))
+        continue;
+      const ChoiceConfig& config = input_.options.choice;
+      SureBy by = SureBy::Pair;
+      SureLinks sure = countSureLinks(assembly, links_, graph, part, by, config);
+      if (!isRefuted(sure, by, config)) {
+        by = SureBy::Loops;
+        sure = countSureLinks(assembly, links_, graph, part, by, config);
+      }
+      if (!isRefuted(sure, by, config))
+        continue;
+      has_changed = true;
+      map_.notes.push_back(std::to_string(sure.contradicted) + " of the " + std::to_string(sure.all) +
+                           " sure links of a part of " + std::to_string(members.size()) +
+                           " scans contradict it: places look alike there, so its scans are kept apart (approximate "
+                           "--poses or --accept decide)");
+      for (const int i : members) {
+        assembly.part[static_cast<std::size_t>(i)] = nextPart(assembly);
+        reasons[static_cast<std::size_t>(i)] = "places here look alike: too many sure links contradict each other";
+      }
+    }
+    if (has_changed) {
+      chooseLinks(assembly, links_, graph, places_, input_.options.choice);
+      splitUnconnected(assembly, links_);
+    }
+    return has_changed;
   }
 
   /** \brief Take parts apart that may be several storeys laid onto one another, unless a person has spoken.
@@ -330,13 +361,7 @@ private:
     for (std::size_t i = 0; i < names_.size(); ++i)
       usable += map_.scans[i].usable && input_.original[i] == static_cast<int>(i) ? 1 : 0;
     for (const auto& [part, members] : parts) {
-      const bool is_decided = std::any_of(members.begin(), members.end(), [&](int i) {
-        return input_.priors[static_cast<std::size_t>(i)].has_value() ||
-               std::any_of(input_.decisions.accepted.begin(), input_.decisions.accepted.end(), [&](const auto& pair) {
-                 return pair.first == i || pair.second == i;
-               });
-      });
-      if (members.size() < 2 || is_decided)
+      if (members.size() < 2 || isDecided(members))
         continue;
       std::vector<StoreyScan> scans;
       for (const int i : members) {
@@ -365,7 +390,7 @@ private:
     }
     if (has_changed) {
       chooseLinks(assembly, links_, graph, places_, input_.options.choice);
-      splitUnconnected(assembly);
+      splitUnconnected(assembly, links_);
     }
     return has_changed;
   }
@@ -379,32 +404,6 @@ private:
     for (const int i : members)
       sum += assembly.poses[static_cast<std::size_t>(i)].linear() * input_.options.gravity->normalized();
     return sum.norm() > 0 ? std::optional<Eigen::Vector3d>(sum.normalized()) : std::nullopt;
-  }
-
-  static int
-  nextPart(const Assembly& assembly)
-  {
-    return *std::max_element(assembly.part.begin(), assembly.part.end()) + 1;
-  }
-
-  /// Pieces of a part that no used links connect any more are parts of their own.
-  void
-  splitUnconnected(Assembly& assembly) const
-  {
-    std::vector<int> root(names_.size());
-    std::iota(root.begin(), root.end(), 0);
-    const auto find = [&](int i) {
-      while (root[static_cast<std::size_t>(i)] != i)
-        i = root[static_cast<std::size_t>(i)];
-      return i;
-    };
-    for (std::size_t k = 0; k < links_.size(); ++k)
-      if (assembly.used[k] >= 0) {
-        const int a = find(links_[k].source), b = find(links_[k].target);
-        root[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
-      }
-    for (std::size_t i = 0; i < root.size(); ++i)
-      assembly.part[i] = find(static_cast<int>(i));
   }
 
   void

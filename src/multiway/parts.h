@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#pragma once
+
+#include "multiway/assembly.h"
+#include "multiway/hypothesis_graph.h"
+
+#include <map>
+#include <utility>
+#include <vector>
+
+namespace pcl_ssfr {
+
+/// The scans of each part, in order.
+std::map<int, std::vector<int>>
+membersOf(const Assembly& assembly);
+/// All pairs of these scans.
+std::vector<std::pair<int, int>>
+pairsOf(const std::vector<int>& members);
+/// A number that no part has.
+int
+nextPart(const Assembly& assembly);
+/// Pieces of a part that no used links connect any more become parts of their own.
+void
+splitUnconnected(Assembly& assembly, const std::vector<PairLink>& links);
+
+/// A place for a scan: the sum of the beliefs of the links that say so, and the score of all surfaces there.
+struct PlaceOdds {
+  double belief = 0;
+  double score = 0;
+};
+/** \brief Whether the odds for the place chosen against a rival are enough (ChoiceConfig::clear_odds): those of the
+ * links times those of the surfaces. A rival whose score is not positive is none; one with the higher score always
+ * competes.
+ */
+bool
+isClear(const PlaceOdds& chosen, const PlaceOdds& rival, const ChoiceConfig& config);
+
+/// What became of the sure links that touch a part.
+struct SureLinks {
+  int all = 0;
+  int contradicted = 0; ///< the map has another pose of the pair, or its other scan is not of the part
+};
+/// Which links are sure: by their pairs alone those of at least ChoiceConfig::lone, with the loops those whose belief
+/// has odds of clear_odds. Loops of places alike make links sure that pairs alone were not, and the other way round.
+enum class SureBy { Pair, Loops };
+SureLinks
+countSureLinks(const Assembly& assembly,
+               const std::vector<PairLink>& links,
+               const HypothesisGraph& graph,
+               int part,
+               SureBy by,
+               const ChoiceConfig& config);
+/** \brief Whether so many sure links are contradicted that they cannot be as sure as they claim: by chance, each wrong
+ * at the rate that it claims at most, as many or more would be in less than one of clear_odds parts.
+ *
+ * Then places look alike. Links of places alike err together and close loops, so what agrees proves nothing either.
+ */
+bool
+isRefuted(const SureLinks& links, SureBy by, const ChoiceConfig& config);
+
+} // namespace pcl_ssfr

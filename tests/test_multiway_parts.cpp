@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+// Parts of a map: the odds of a place against its rivals, sure links that contradict a part, pieces of parts.
+
+#include "multiway/parts.h"
+
+#include <made_up_maps.h>
+#include <scan_views.h>
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+
+namespace pcl_ssfr {
+namespace {
+
+using ::testing::ElementsAre;
+
+TEST(ClearOdds, areThoseOfLinksTimesThoseOfSurfaces)
+{
+  ChoiceConfig config; // odds of 100, the ninth power of the scores
+  // By links alone: a hundred times the belief of the rival at equal scores.
+  EXPECT_TRUE(isClear({50.1, 0.3}, {0.5, 0.3}, config));
+  EXPECT_FALSE(isClear({49.9, 0.3}, {0.5, 0.3}, config));
+  // By surfaces: 1.67^9 = 101 at equal beliefs, 1.66^9 = 96.
+  EXPECT_TRUE(isClear({1, 1.67 * 0.2}, {1, 0.2}, config));
+  EXPECT_FALSE(isClear({1, 1.66 * 0.2}, {1, 0.2}, config));
+  // Both: 1.3^9 = 10.6, so ten times the belief is enough and nine times is not.
+  EXPECT_TRUE(isClear({10, 0.26}, {1, 0.2}, config));
+  EXPECT_FALSE(isClear({9, 0.26}, {1, 0.2}, config));
+  config.clear_odds = 10;
+  EXPECT_TRUE(isClear({1, 0.26}, {1, 0.2}, config));
+}
+
+TEST(ClearOdds, aRivalThatScoresMoreCompetesWhateverTheLinksSay)
+{
+  const ChoiceConfig config;
+  EXPECT_FALSE(isClear({1e9, 0.2}, {1e-9, 0.21}, config));
+  EXPECT_FALSE(isClear({1e9, -0.2}, {1e-9, -0.1}, config)); // both hang in free space
+}
+
+TEST(ClearOdds, aRivalWhoseSurfacesHangIsNone)
+{
+  const ChoiceConfig config;
+  EXPECT_TRUE(isClear({0, 0.1}, {5, 0}, config));
+  EXPECT_TRUE(isClear({0, 0.1}, {5, -1}, config));
+  EXPECT_FALSE(isClear({0, 0.1}, {5, 0.01}, config)); // no link says so, and the surfaces do not make up for it
+}
+
+/// The upper tail by adding up all ways that links can be wrong.
+double
+tailByCounting(int all, int contradicted, double wrong)
+{
+  double sum = 0;
+  for (int pattern = 0; pattern < 1 << all; ++pattern) {
+    int count = 0;
+    for (int k = 0; k < all; ++k)
+      count += (pattern >> k) & 1;
+    if (count >= contradicted)
+      sum += std::pow(wrong, count) * std::pow(1 - wrong, all - count);
+  }
+  return sum;
+}
+
+TEST(SureLinks, areRefutedWhenChanceDoesNotExplainWhatContradicts)
+{
+  const ChoiceConfig config;
+  int refuted = 0;
+  for (int all = 0; all <= 12; ++all)
+    for (int contradicted = 0; contradicted <= all; ++contradicted)
+      for (const SureBy by : {SureBy::Pair, SureBy::Loops}) {
+        const double wrong = by == SureBy::Pair ? 0.05 : 1.0 / 101;
+        const bool expected = tailByCounting(all, contradicted, wrong) < 0.01;
+        EXPECT_EQ(isRefuted({all, contradicted}, by, config), expected) << all << ", " << contradicted;
+        refuted += expected ? 1 : 0;
+      }
+  EXPECT_GT(refuted, 100);
+  EXPECT_FALSE(isRefuted({0, 0}, SureBy::Pair, config));
+  EXPECT_FALSE(isRefuted({1000, 0}, SureBy::Loops, config));
+  EXPECT_FALSE(isRefuted({1000, 10}, SureBy::Loops, config)); // as many as they claim
+  EXPECT_TRUE(isRefuted({1000, 25}, SureBy::Loops, config));
+}
+
+/// Six scans of which 0 to 3 are one part; all pairs are linked, those with 4 and 5 at poses of no use.
+class Parts : public ::testing::Test {
+protected:
+  Parts() : job_(6)
+  {
+    for (int i = 0; i < 6; ++i)
+      for (int j = i + 1; j < 6; ++j)
+        job_.add(i, j, job_.relative(i, j), 0.97);
+    assembly_.part = {7, 7, 7, 7, 4, 5};
+    assembly_.poses = job_.truth;
+    for (const PairLink& link : job_.links)
+      assembly_.used.push_back(link.target < 4 ? 0 : -1);
+    // No loops: beliefs by hand.
+    for (std::size_t k = 0; k < job_.links.size(); ++k) {
+      graph_.first.push_back(k);
+      graph_.hypotheses.push_back({k, 0, 0.97, k % 2 == 0 ? 0.995 : 0.9, 0});
+    }
+    graph_.first.push_back(job_.links.size());
+  }
+  SureLinks
+  count(int part, SureBy by) const
+  {
+    return countSureLinks(assembly_, job_.links, graph_, part, by, ChoiceConfig());
+  }
+
+  testing::MadeUpJob job_;
+  Assembly assembly_;
+  HypothesisGraph graph_;
+};
+
+TEST_F(Parts, sureLinksAreCountedWhereTheyTouch)
+{
+  const SureLinks whole = count(7, SureBy::Pair); // all but that of 4 and 5
+  EXPECT_EQ(whole.all, 14);
+  EXPECT_EQ(whole.contradicted, 8);
+  EXPECT_EQ(count(4, SureBy::Pair).all, 5);
+  EXPECT_EQ(count(4, SureBy::Pair).contradicted, 5);
+  job_.links[0].confidence = 0.9;            // too doubtful by itself
+  job_.links[1].status = Status::LowOverlap; // not aligned
+  EXPECT_EQ(count(7, SureBy::Pair).all, 12);
+  EXPECT_EQ(count(7, SureBy::Loops).all, 7); // every second one, without that of 4 and 5
+  assembly_.used[0] = 1;                     // the map has another pose of the pair
+  EXPECT_EQ(count(7, SureBy::Loops).contradicted, count(7, SureBy::Pair).contradicted == 8 ? 5 : -1);
+}
+
+TEST_F(Parts, piecesThatNothingHoldsTogetherFallApart)
+{
+  for (std::size_t k = 0; k < job_.links.size(); ++k) // only 0 - 2 and 1 - 3 are left
+    if (!(job_.links[k].source + 2 == job_.links[k].target && job_.links[k].target < 4))
+      assembly_.used[k] = -1;
+  splitUnconnected(assembly_, job_.links);
+  EXPECT_THAT(assembly_.part, ElementsAre(0, 1, 0, 1, 4, 5));
+  EXPECT_EQ(nextPart(assembly_), 6);
+  EXPECT_EQ(membersOf(assembly_).at(1), (std::vector<int>{1, 3}));
+  EXPECT_THAT(pairsOf({2, 5, 6}), ElementsAre(std::make_pair(2, 5), std::make_pair(2, 6), std::make_pair(5, 6)));
+}
+
+} // namespace
+} // namespace pcl_ssfr
