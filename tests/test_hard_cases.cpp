@@ -39,8 +39,8 @@ pairsThatOverlapByAThird(const DatasetPlan& plan, std::size_t most)
   const std::vector<Eigen::Isometry3d>& poses = prepared.T_world_sensor;
   for (std::size_t i = 1; i < poses.size(); ++i)
     for (std::size_t j = 0; j < i && pairs.size() < most; ++j) {
-      const double overlap = std::min(visibleOverlap(caster, prepared.sensor, poses[i], poses[j], kRays),
-                                      visibleOverlap(caster, prepared.sensor, poses[j], poses[i], kRays));
+      const double overlap = std::min(visibleOverlap(caster, prepared.sensorOf(i), poses[i], poses[j], kRays),
+                                      visibleOverlap(caster, prepared.sensorOf(j), poses[j], poses[i], kRays));
       if (overlap >= kLeast && overlap <= kMost)
         pairs.emplace_back(i, j);
     }
