@@ -231,7 +231,8 @@ INSTANTIATE_TEST_SUITE_P(
                       Row{"corridor", "corridor_sick_3dtk", {0, 1, 2}, 0, {}, {}},
                       Row{"ten times coarser source", "parking_tls", {0, 6, 10, 26}, 0, every(10), {}},
                       Row{"ten times coarser target", "parking_tls", {0, 6, 10, 26}, 0, {}, every(10)},
-                      Row{"ten times coarser source", "eth_facade", {0, 10, 20}, 0, every(10), {}},
+                      // One was solved only as long as its sensor was not recognised: given the sensor it never was.
+                      Row{"ten times coarser source", "eth_facade", {0, 10, 20}, 1, every(10), {}},
                       // Two of these were accepted before confidence fell with contradictions and rivals: 29 % overlap
                       // with 3 % of it contradicted, and 15 % with a rival at 94 %.
                       Row{"ten times coarser target", "eth_facade", {0, 10, 20}, 2, {}, every(10)},

@@ -127,6 +127,16 @@ TEST_F(Parts, sureLinksAreCountedWhereTheyTouch)
   EXPECT_EQ(count(7, SureBy::Loops).contradicted, count(7, SureBy::Pair).contradicted == 8 ? 5 : -1);
 }
 
+TEST_F(Parts, linksThatAPersonRejectedDoNotCount)
+{
+  for (std::size_t k = 1; k < graph_.hypotheses.size(); ++k) // all but 0 - 1
+    graph_.hypotheses[k].prior = 0;
+  for (const SureBy by : {SureBy::Pair, SureBy::Loops}) {
+    EXPECT_EQ(count(7, by).all, 1);
+    EXPECT_EQ(count(7, by).contradicted, 0);
+  }
+}
+
 TEST_F(Parts, piecesThatNothingHoldsTogetherFallApart)
 {
   for (std::size_t k = 0; k < job_.links.size(); ++k) // only 0 - 2 and 1 - 3 are left

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <numeric>
 
 namespace pcl_ssfr {
@@ -77,6 +78,11 @@ countSureLinks(const Assembly& assembly,
     if (assembly.part[static_cast<std::size_t>(link.source)] != part &&
         assembly.part[static_cast<std::size_t>(link.target)] != part)
       continue;
+    const auto first = graph.hypotheses.begin();
+    if (std::none_of(first + static_cast<std::ptrdiff_t>(graph.first[k]),
+                     first + static_cast<std::ptrdiff_t>(graph.first[k + 1]),
+                     [](const WeighedHypothesis& h) { return h.prior > 0; }))
+      continue; // a person rejected it
     std::size_t rank = 0;
     bool is_sure = link.status == Status::Converged && link.confidence >= config.lone;
     if (by == SureBy::Loops) {

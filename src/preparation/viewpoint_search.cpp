@@ -82,7 +82,9 @@ public:
   isClear(const Eigen::Vector3f& place) const
   {
     const DirectionCounts counts = count(place);
-    return counts.two_depths <= config_.max_two_depths * counts.several;
+    // Where hardly any direction holds several returns, edges alone make most of these.
+    const double several = std::max(static_cast<double>(counts.several), counts.occupied / config_.two_depth_weight);
+    return counts.two_depths <= config_.max_two_depths * several;
   }
   /// Whether \p place is rated markedly higher than the places around it.
   bool
