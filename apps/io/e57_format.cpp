@@ -320,9 +320,11 @@ listE57Scans(const std::string& path)
   std::vector<E57Scan> scans;
   for (const E57Structure& scan : structures) {
     const std::string number = std::to_string(scans.size() + 1);
+    std::string pick = path;
+    pick += '#';
+    pick += number;
     const bool by_name = !scan.name.empty() && named[scan.name] == 1 && numberOf(scan.name, structures.size()) == 0;
-    scans.push_back(
-        {path + '#' + number, scan.name, scan.guid, scan.records, scan.T_file_scan, by_name ? scan.name : number});
+    scans.push_back({pick, scan.name, scan.guid, scan.records, scan.T_file_scan, by_name ? scan.name : number});
   }
   return scans;
 }

@@ -50,7 +50,7 @@ viewsOf(const MultiwayMap& map, const std::vector<ScanOutline>& outlines)
       if (map.scans[i].component != component)
         continue;
       const Eigen::Isometry3d& T = map.scans[i].T_map_scan;
-      axes.push_back(T.linear().col(2));
+      axes.emplace_back(T.linear().col(2));
       for (Eigen::Index k = 0; k < outlines[i].points.cols(); ++k)
         points.emplace_back(T * outlines[i].points.col(k));
       for (const Eigen::Vector3d& normal : outlines[i].normals)

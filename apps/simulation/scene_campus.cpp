@@ -12,7 +12,6 @@ namespace pcl_ssfr::simulation {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 using parts::kPi;
-using parts::Rect;
 
 Scene
 makeCampus(std::uint64_t seed)

@@ -65,12 +65,11 @@ makeForestEdge(std::uint64_t seed)
   });
   scatter(4, 2, 6, 2.0, [&] {
     SurfaceModel logs;
-    for (int k = 0; k < 9; ++k)
-      parts::addPipe(logs,
-                     {-2, 0.4 * (k % 3) + 0.2 * (k / 3), 0.2 + 0.36 * (k / 3)},
-                     {2, 0.4 * (k % 3) + 0.2 * (k / 3), 0.2 + 0.36 * (k / 3)},
-                     0.19,
-                     Stuff::DarkWood);
+    for (int k = 0; k < 9; ++k) {
+      const int layer = k / 3;
+      const double y = 0.4 * (k % 3) + 0.2 * layer, z = 0.2 + 0.36 * layer;
+      parts::addPipe(logs, {-2, y, z}, {2, y, z}, 0.19, Stuff::DarkWood);
+    }
     return logs;
   });
   scatter(7, -35, -8, 0.5, [&] { return parts::makeTree(r); });
