@@ -248,9 +248,9 @@ GoIcpProblem::bounds(const RotatedSource& source,
         distance += outside.sqrt();
     }
     distance += centre_offset;
-    const Eigen::Map<const Block> rotated(source.radius.data() + begin);
-    const Block lower = (certain - rotated).max(0.0F).square();
-    const Block centre = (distance - rotated).max(0.0F).square();
+    const Eigen::Map<const Block> point_radius(source.radius.data() + begin);
+    const Block lower = (certain - point_radius).max(0.0F).square();
+    const Block centre = (distance - point_radius).max(0.0F).square();
     if (is_trimmed) {
       Eigen::Map<Block>(scratch.lower.data() + begin) = lower;
       Eigen::Map<Block>(scratch.centre.data() + begin) = centre;

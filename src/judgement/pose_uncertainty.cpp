@@ -36,11 +36,11 @@ deviationOf(double information, double largest)
 Vector6
 surfaceUnits(const Refinement& polish)
 {
-  const double rotated = polish.hessian.topLeftCorner<3, 3>().trace();
-  const double moved = polish.hessian.bottomRightCorner<3, 3>().trace();
+  const double rotation = polish.hessian.topLeftCorner<3, 3>().trace();
+  const double translation = polish.hessian.bottomRightCorner<3, 3>().trace();
   Vector6 units = Vector6::Zero();
-  if (polish.matches > 0 && polish.hessian.allFinite() && rotated > 0 && moved > 0)
-    units << Eigen::Vector3d::Constant(std::sqrt(moved / rotated)), Eigen::Vector3d::Ones();
+  if (polish.matches > 0 && polish.hessian.allFinite() && rotation > 0 && translation > 0)
+    units << Eigen::Vector3d::Constant(std::sqrt(translation / rotation)), Eigen::Vector3d::Ones();
   return units;
 }
 

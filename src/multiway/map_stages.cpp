@@ -16,6 +16,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <numeric>
 #include <stdexcept>
@@ -150,14 +151,35 @@ private:
     return assembly.poses[static_cast<std::size_t>(target)].inverse() *
            assembly.poses[static_cast<std::size_t>(source)];
   }
+  /** \brief Put scans apart, each into a part of its own, for one reason; the links of all are chosen anew.
+   * \return whether there are any
+   */
+  bool
+  putApart(const std::vector<int>& scans,
+           const char* reason,
+           Assembly& assembly,
+           const HypothesisGraph& graph,
+           std::vector<std::string>& reasons) const
+  {
+    if (scans.empty())
+      return false;
+    for (const int i : scans) {
+      assembly.part[static_cast<std::size_t>(i)] = nextPart(assembly);
+      reasons[static_cast<std::size_t>(i)] = reason;
+    }
+    chooseLinks(assembly, links_, graph, places_, input_.options.choice);
+    splitUnconnected(assembly, links_);
+    return true;
+  }
+
   /** \brief Take scans out of their parts that hang in what the other scans saw to be free: each scan against all
    * others of its part, the worst one first. \return whether any was
    */
   bool
   separateHanging(Assembly& assembly, const HypothesisGraph& graph, std::vector<std::string>& reasons) const
   {
-    bool has_changed = false;
-    for (auto& [part, members] : membersOf(assembly)) {
+    std::vector<int> out;
+    for (const auto& [part, members] : membersOf(assembly)) {
       if (members.size() < 2)
         continue;
       const auto pairs = pairsOf(members);
@@ -190,21 +212,16 @@ private:
           other.matched -= evidence[k].matched;
           other.contradicted -= evidence[k].contradicted;
         }
-        reasons[static_cast<std::size_t>(worst)] =
-            "where its links put it, its surfaces hang in the free space of other scans, or theirs in its own";
       }
-      if (std::none_of(members.begin(), members.end(), [&](int i) { return is_out[static_cast<std::size_t>(i)]; }))
-        continue;
-      has_changed = true;
-      for (const int i : members)
-        if (is_out[static_cast<std::size_t>(i)])
-          assembly.part[static_cast<std::size_t>(i)] = nextPart(assembly);
+      std::copy_if(members.begin(), members.end(), std::back_inserter(out), [&](int i) {
+        return is_out[static_cast<std::size_t>(i)] != 0;
+      });
     }
-    if (has_changed) {
-      chooseLinks(assembly, links_, graph, places_, input_.options.choice);
-      splitUnconnected(assembly, links_);
-    }
-    return has_changed;
+    return putApart(out,
+                    "where its links put it, its surfaces hang in the free space of other scans, or theirs in its own",
+                    assembly,
+                    graph,
+                    reasons);
   }
 
   /// What the scans of a part say of one of them at a pose, loosely; its own entry is not read.
@@ -228,25 +245,20 @@ private:
   bool
   separateRivals(Assembly& assembly, const HypothesisGraph& graph, std::vector<std::string>& reasons) const
   {
-    const ChoiceConfig& config = input_.options.choice;
-    std::vector<char> is_out(names_.size(), 0);
+    std::vector<char> has_rival(names_.size(), 0);
     const auto parts = membersOf(assembly);
     forEachInParallel(static_cast<std::int64_t>(names_.size()), 1, threads_, [&](std::int64_t index) {
       const auto i = static_cast<std::size_t>(index);
       const std::vector<int>& members = parts.at(assembly.part[i]);
       if (members.size() > 2 && hasRival(assembly, graph, members, static_cast<int>(i)))
-        is_out[i] = 1;
+        has_rival[i] = 1;
     });
-    for (std::size_t i = 0; i < is_out.size(); ++i)
-      if (is_out[i]) {
-        assembly.part[i] = nextPart(assembly);
-        reasons[i] = "another place in the map explains its surfaces nearly as well, or better";
-      }
-    if (std::find(is_out.begin(), is_out.end(), 1) == is_out.end())
-      return false;
-    chooseLinks(assembly, links_, graph, places_, config);
-    splitUnconnected(assembly, links_);
-    return true;
+    std::vector<int> out;
+    for (std::size_t i = 0; i < has_rival.size(); ++i)
+      if (has_rival[i])
+        out.push_back(static_cast<int>(i));
+    return putApart(
+        out, "another place in the map explains its surfaces nearly as well, or better", assembly, graph, reasons);
   }
 
   bool
@@ -316,7 +328,7 @@ private:
   {
     if (!input_.options.alias.check)
       return false;
-    bool has_changed = false;
+    std::vector<int> out;
     for (const auto& [part, members] : membersOf(assembly)) {
       if (members.size() < 2 || isDecided(members))
         continue;
@@ -329,21 +341,14 @@ private:
       }
       if (!isRefuted(sure, by, config))
         continue;
-      has_changed = true;
       map_.notes.push_back(std::to_string(sure.contradicted) + " of the " + std::to_string(sure.all) +
                            " sure links of a part of " + std::to_string(members.size()) +
                            " scans contradict it: places look alike there, so its scans are kept apart (approximate "
                            "--poses or --accept decide)");
-      for (const int i : members) {
-        assembly.part[static_cast<std::size_t>(i)] = nextPart(assembly);
-        reasons[static_cast<std::size_t>(i)] = "places here look alike: too many sure links contradict each other";
-      }
+      out.insert(out.end(), members.begin(), members.end());
     }
-    if (has_changed) {
-      chooseLinks(assembly, links_, graph, places_, input_.options.choice);
-      splitUnconnected(assembly, links_);
-    }
-    return has_changed;
+    return putApart(
+        out, "places here look alike: too many sure links contradict each other", assembly, graph, reasons);
   }
 
   /** \brief Take parts apart that may be several storeys laid onto one another, unless a person has spoken.
@@ -355,12 +360,11 @@ private:
   {
     if (!input_.options.alias.check)
       return false;
-    bool has_changed = false;
-    const auto parts = membersOf(assembly);
+    std::vector<int> out;
     std::size_t usable = 0;
     for (std::size_t i = 0; i < names_.size(); ++i)
       usable += map_.scans[i].usable && input_.original[i] == static_cast<int>(i) ? 1 : 0;
-    for (const auto& [part, members] : parts) {
+    for (const auto& [part, members] : membersOf(assembly)) {
       if (members.size() < 2 || isDecided(members))
         continue;
       std::vector<StoreyScan> scans;
@@ -377,22 +381,18 @@ private:
           up ? findStoreyDoubt(scans, *up, members.size() < usable, input_.options.alias) : std::nullopt;
       if (!doubt)
         continue;
-      has_changed = true;
       map_.notes.push_back(
           "a storey of " + std::to_string(doubt->level.size()) +
           " scans may be several that look alike, laid onto one another: stairs lead from it to no other level, and no "
           "scan tells the storeys apart; its scans are kept apart (approximate --poses or --accept decide)");
-      for (const std::size_t k : doubt->level) {
-        const auto i = static_cast<std::size_t>(members[k]);
-        assembly.part[i] = nextPart(assembly);
-        reasons[i] = "it may be of a storey that only looks like the one of the scans it is linked to";
-      }
+      for (const std::size_t k : doubt->level)
+        out.push_back(members[k]);
     }
-    if (has_changed) {
-      chooseLinks(assembly, links_, graph, places_, input_.options.choice);
-      splitUnconnected(assembly, links_);
-    }
-    return has_changed;
+    return putApart(out,
+                    "it may be of a storey that only looks like the one of the scans it is linked to",
+                    assembly,
+                    graph,
+                    reasons);
   }
 
   std::optional<Eigen::Vector3d>
