@@ -21,12 +21,13 @@ def entry(dataset, pairs, solved, accepted, wrong, **more):
     """What summary.json says of a method on a dataset."""
     return {"method": "ssfr", "dataset": dataset, "pairs": pairs, "solved": solved, "accepted": accepted,
             "false_positives": wrong, "median_rotation_error_deg": 0.1, "median_translation_error_m": 0.01,
-            "median_time_s": 0.2, "log_loss": 0.25, "calibration_error": 0.025, **more}
+            "median_time_s": 0.2, "log_loss": 0.25, "calibration_error": 0.025,
+            "lost_at": {}, **more}
 
 
 SUMMARY = {"methods": [entry("room", 3, 2, 2, 1), entry("hall", 1, 0, 0, 0, median_rotation_error_deg=None,
                                                         median_translation_error_m=None),
-                       entry(None, 4, 2, 2, 1)]}
+                       entry(None, 4, 2, 2, 1, lost_at={"rotation": 1, "score": 3})]}
 SINGLE = {"methods": [entry("room", 3, 2, 2, 1)]}
 
 
@@ -85,15 +86,15 @@ class Tables(unittest.TestCase):
     def test_marks(self):
         _, total = results.entries(SUMMARY)
         lines = results.marks_table([("rotated", total), ("ICP", {**total, "log_loss": None, "calibration_error": None})])
-        self.assertEqual(lines[2], "| rotated | 4 | 2 (50.0 %) | 2 | 1 | 2.5 % | 0.250 |")
-        self.assertEqual(lines[3], "| ICP | 4 | 2 (50.0 %) | 2 | 1 | - | - |")
+        self.assertEqual(lines[2], "| rotated | 4 | 2 (50.0 %) | 2 | 1 | 2.5 % | 0.250 | 3 score, 1 rotation |")
+        self.assertEqual(lines[3], "| ICP | 4 | 2 (50.0 %) | 2 | 1 | - | - | 3 score, 1 rotation |")
         self.assertEqual(len({line.count("|") for line in lines}), 1)
 
     def test_sets(self):
         lines = results.sets_table(SUMMARY)
-        self.assertEqual(lines[2], "| room | 3 | 2 (66.7 %) | 2 | 1 | 0.100 | 1.0 | 0.200 |")
-        self.assertEqual(lines[3], "| hall | 1 | 0 (0.0 %) | 0 | 0 | - | - | 0.200 |")
-        self.assertEqual(lines[4], "| all | 4 | 2 (50.0 %) | 2 | 1 | 0.100 | 1.0 | 0.200 |")
+        self.assertEqual(lines[2], "| room | 3 | 2 (66.7 %) | 2 | 1 | 0.100 | 1.0 | 0.200 | - |")
+        self.assertEqual(lines[3], "| hall | 1 | 0 (0.0 %) | 0 | 0 | - | - | 0.200 | - |")
+        self.assertEqual(lines[4], "| all | 4 | 2 (50.0 %) | 2 | 1 | 0.100 | 1.0 | 0.200 | 3 score, 1 rotation |")
 
     def test_success(self):
         def of(method, *entries):

@@ -314,6 +314,28 @@ TEST_F(BenchmarkProgram, candidatesAndMovedOrigins)
   EXPECT_EQ(variations, (std::set<std::pair<double, int>>{{30., 1}, {0., 3}}));
 }
 
+TEST_F(BenchmarkProgram, theStageThatLostTheTruthIsNamed)
+{
+  // The true pose by the file is 77 m off: the evidence is for the answer.
+  std::filesystem::copy(data_->file(""), folder_.file("wrong"));
+  const io::ScanPair pair = io::readDatasetFolder(data_->file("")).pairs.front();
+  io::writeFile(folder_.file("wrong/pairs.csv"),
+                "source,target,T00,T01,T02,T03,T10,T11,T12,T13,T20,T21,T22,T23\n" + pair.source + "," + pair.target +
+                    ",1,0,0,0,0,1,0,77,0,0,1,0\n");
+  ASSERT_EQ(run("--dataset " + folder_.file("wrong") + out() + "--methods ssfr,icp_point_to_point --no-rmse").code, 0);
+  const std::vector<ResultRow> all = rows();
+  ASSERT_EQ(all.size(), 2U);
+  EXPECT_FALSE(all[0].success);
+  EXPECT_EQ(all[0].lost_at, "score");
+  EXPECT_EQ(all[1].lost_at, ""); // only ssfr can say
+  const std::string summary = io::readFile(folder_.file("out/summary.json"));
+  EXPECT_THAT(summary, HasSubstr("\"lost_at\": {\n        \"score\": 1\n"));
+  // A right answer lost nothing.
+  ASSERT_EQ(run(small() + out("right") + "--methods ssfr --pairs 0 --no-rmse").code, 0);
+  EXPECT_TRUE(rows("right").at(0).success);
+  EXPECT_EQ(rows("right").at(0).lost_at, "");
+}
+
 TEST_F(BenchmarkProgram, acceptedAnswersAreFalseWhereNoPoseIsRight)
 {
   ASSERT_EQ(run(small() + out() + "--methods icp_point_to_point,ssfr --pairs 0 --mirror-source").code, 0);

@@ -70,6 +70,7 @@ TEST(ResultRow, comesBackFromItsLine)
   row.variation = {0.05, 0.01, 0.1, 0.5, Perturbation::Se3, PairsFrom::All, 50, true, true, {3, 240, 0.5}};
   row.target_dataset = "other, place";
   row.right_rank = 3;
+  row.lost_at = "translation";
   row.T_target_source = Eigen::Isometry3d(Eigen::Translation3d(691234.123456789, 1. / 3, 0) *
                                           Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitZ()));
   const std::string line = toCsvLine(row);
@@ -81,6 +82,7 @@ TEST(ResultRow, comesBackFromItsLine)
   EXPECT_EQ(back.variation.perturbation, Perturbation::Se3);
   EXPECT_EQ(back.target_dataset, "other, place");
   EXPECT_EQ(back.right_rank, 3);
+  EXPECT_EQ(back.lost_at, "translation");
   EXPECT_TRUE(std::isnan(back.rmse_m));
   EXPECT_FALSE(back.truth);
   ASSERT_TRUE(back.T_target_source);

@@ -205,6 +205,15 @@ TEST(ReportJson, largeRunsListWhatFailedFirst)
   EXPECT_EQ(json["groups"][0]["success"][0], kReportRows + 500);
 }
 
+TEST(ReportJson, theStageThatLostTheTruthIsTheLastColumn)
+{
+  BenchmarkResults results = makeUpResults(MadeUpRun());
+  results.rows.front().lost_at = "translation";
+  const Json json = reportJson(results, ReportPictures());
+  EXPECT_EQ(json["rows"][0].back(), "translation");
+  EXPECT_EQ(json["rows"][1].back(), "");
+}
+
 // ---------------------------------------------------------------------------------------------------------------------
 // The pictures
 

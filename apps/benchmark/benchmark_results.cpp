@@ -50,6 +50,8 @@ summarizeGroup(const std::vector<const ResultRow*>& rows, const std::string& dat
     }
     else {
       ++summary.failures[failureReason(*row)];
+      if (!row->lost_at.empty())
+        ++summary.lost_at[row->lost_at];
     }
     time.push_back(row->time_s);
     cpu.push_back(row->cpu_s);

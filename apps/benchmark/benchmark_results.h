@@ -47,6 +47,7 @@ struct MethodSummary {
   double median_cpu_s = 0;
   double peak_rss_mib = 0;                       ///< largest
   std::map<std::string, std::size_t> failures;   ///< of pairs that were not solved, by reason; see failureReason()
+  std::map<std::string, std::size_t> lost_at;    ///< of the same, by the stage that lost the truth, where it is known
   std::vector<PrecisionRecall> precision_recall; ///< empty: the method states no confidence
   // Of the confidence, over all runs that state one; NaN of none.
   double log_loss = 0;

@@ -35,6 +35,12 @@ isVaried(Variation variation)
   return orderOf(variation) != orderOf(Variation());
 }
 
+SuccessBound
+boundOf(const io::DatasetFolder& dataset)
+{
+  return {dataset.success_rotation_deg, dataset.success_translation_m};
+}
+
 std::string
 makeTemporaryFolder()
 {
@@ -111,7 +117,8 @@ MethodAnswer
 PairRunner::ask(const BenchmarkMethod& method)
 {
   if (method.words.empty()) {
-    MethodAnswer answer = askMethod(method.name, pair_.request, plan_.run, !knowsTruth(), stop_);
+    const SuccessBound bound = boundOf(plan_.datasets[pair_.dataset]);
+    MethodAnswer answer = askMethod(method.name, pair_.request, plan_.run, bound, !knowsTruth(), stop_);
     if (answer.truth)
       keepTruth(*answer.truth);
     return answer;
@@ -159,7 +166,7 @@ PairResult
 judgeAnswer(const BenchmarkPlan& plan, const PlannedPair& pair, const MethodAnswer& answer, const PairTruth* truth)
 {
   const io::DatasetFolder& dataset = plan.datasets[pair.dataset];
-  const SuccessBound bound{dataset.success_rotation_deg, dataset.success_translation_m};
+  const SuccessBound bound = boundOf(dataset);
   PairResult result;
   ResultRow& row = result.row;
   row.dataset = dataset.name;
@@ -178,6 +185,7 @@ judgeAnswer(const BenchmarkPlan& plan, const PlannedPair& pair, const MethodAnsw
   row.cpu_s = answer.cpu_seconds;
   row.peak_rss_mib = answer.peak_rss_mib;
   row.T_target_source = answer.T_target_source;
+  row.lost_at = answer.lost_at;
   result.candidates = answer.candidates;
   if (!truth)
     return result;

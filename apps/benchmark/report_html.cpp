@@ -411,6 +411,7 @@ reportJson(const BenchmarkResults& results, const ReportPictures& pictures)
       fields.push_back(rounded(value));
     fields.push_back(shortened(row->message));
     fields.push_back(drawing.found(*row));
+    fields.push_back(row->lost_at);
     json["rows"].push_back(fields);
   }
   json["statuses"] = statuses.list();

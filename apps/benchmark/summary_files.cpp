@@ -62,6 +62,9 @@ methodJson(const MethodSummary& summary)
   json["failures"] = Json::object();
   for (const auto& [reason, count] : summary.failures)
     json["failures"][reason] = count;
+  json["lost_at"] = Json::object();
+  for (const auto& [stage, count] : summary.lost_at)
+    json["lost_at"][stage] = count;
   json["precision_recall"] = Json::array();
   for (const PrecisionRecall& point : summary.precision_recall)
     json["precision_recall"].push_back(

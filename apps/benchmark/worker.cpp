@@ -3,6 +3,7 @@
 
 #include <apps/benchmark/worker.h>
 
+#include <apps/benchmark/lost_stage.h>
 #include <apps/common/json_values.h>
 #include <apps/io/pcd_format.h>
 
@@ -227,6 +228,23 @@ answerTruth(const PairInput& pair, bool rmse)
   return json;
 }
 
+/// The stage at which ssfr lost the truth of a pair, or why it is not known; empty where the answer is right.
+Json
+answerLost(const PairInput& pair, const Result& result, const Options& options, const SuccessBound& bound)
+{
+  Json json{{"event", "lost"}, {"stage", ""}};
+  const bool is_right = pair.T_target_source && !result.candidates.empty() &&
+                        isWithin(poseError(result.T_target_source, *pair.T_target_source, pair.reference), bound);
+  try {
+    if (!is_right)
+      json["stage"] = findLostStage(pair, options, bound);
+  }
+  catch (const std::exception& error) {
+    json["error"] = error.what();
+  }
+  return json;
+}
+
 Json
 answerMethod(const Json& request, const Reply& reply)
 {
@@ -260,11 +278,14 @@ answerMethod(const Json& request, const Reply& reply)
   json["candidates"] = Json::array();
   for (const CandidateAnswer& candidate : candidatesOf(run.result))
     json["candidates"].push_back(toJson(candidate));
-  if (request.at("with_truth").get<bool>()) {
-    reply.send(json);
-    return answerTruth(pair, request.at("rmse").get<bool>());
+  reply.send(json);
+  if (method && method->kind == MethodKind::Ssfr && options.profile == Profile::Default) {
+    const Json& bound = request.at("bound");
+    reply.send(answerLost(pair, run.result, options, {bound.at(0).get<double>(), bound.at(1).get<double>()}));
   }
-  return json;
+  if (request.at("with_truth").get<bool>())
+    return answerTruth(pair, request.at("rmse").get<bool>());
+  return {{"event", "end"}};
 }
 
 /// A cloud as a binary PCD file: x y z, and intensity and normals where it has them.
@@ -416,6 +437,7 @@ MethodAnswer
 askMethod(const std::string& method,
           const PairRequest& request,
           const RunSettings& settings,
+          const SuccessBound& bound,
           bool with_truth,
           const std::atomic<int>& stop)
 {
@@ -424,15 +446,18 @@ askMethod(const std::string& method,
                   {"pair", toJson(request)},
                   {"threads", settings.threads},
                   {"parameters", toJson(settings.rule)},
+                  {"bound", {bound.rotation_deg, bound.translation_m}},
                   {"with_truth", with_truth},
                   {"rmse", settings.rmse}};
   const ChildOutcome outcome = askWorker(json, settings.timeout, settings.cpu_timeout, settings.threads, stop);
   const Json reply = lastObject(outcome.output, "done");
-  // Once the answer is there, only the measurement of the truth can still go wrong.
-  const bool answered = outcome.end == ChildOutcome::End::Exited || with_truth;
-  if (!answered || !reply.is_object() || outcome.end == ChildOutcome::End::Stopped)
+  // Once the answer is there, only what is measured beside it can still go wrong.
+  if (!reply.is_object() || outcome.end == ChildOutcome::End::Stopped)
     return brokenAnswer(outcome, settings);
   MethodAnswer answer;
+  const Json lost = lastObject(outcome.output, "lost");
+  if (lost.is_object())
+    answer.lost_at = lost.value("stage", "");
   const Json truth = lastObject(outcome.output, "truth");
   if (truth.is_object() && truth.contains("truth"))
     answer.truth = pairTruthFromJson(truth["truth"]);

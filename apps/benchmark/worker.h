@@ -45,6 +45,7 @@ struct MethodAnswer {
   double cpu_seconds = 0;                           ///< the same in processor time [s]
   double peak_rss_mib = 0;                          ///< of its process [MiB]
   std::vector<CandidateAnswer> candidates;          ///< best first; of methods of the registry
+  std::string lost_at;                              ///< stage that lost the truth, see lostStage(); of ssfr
   std::optional<PairTruth> truth;                   ///< where it was asked for and could be measured
   bool stopped = false;                             ///< ended by the user: no result
   bool asked_to_end = false; ///< its process was, by a signal from elsewhere: perhaps the whole run is
@@ -67,12 +68,14 @@ askExport(const PairRequest& request,
           const std::atomic<int>& stop);
 
 /** \brief Run a method of the registry on a pair in a process of its own. Never throws for what the method does.
+ * \param[in] bound within which a pose of ssfr is right; of a wrong one, the stage that lost the truth is looked for
  * \param[in] with_truth measure the truth in the same process, once the method is done: the scans are loaded once
  */
 MethodAnswer
 askMethod(const std::string& method,
           const PairRequest& request,
           const RunSettings& settings,
+          const SuccessBound& bound,
           bool with_truth,
           const std::atomic<int>& stop);
 

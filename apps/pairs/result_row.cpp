@@ -24,7 +24,7 @@ constexpr const char* kColumns =
     "overlap,confidence,time_s,cpu_s,peak_rss_mib,message,T00,T01,T02,T03,T10,T11,T12,T13,T20,T21,T22,T23,T30,T31,T32,"
     "T33,pair,found_overlap,resolution_m,noise_m,outliers,overlap_limit,perturb,seed,source_points,target_points,"
     "G00,G01,G02,G03,G10,G11,G12,G13,G20,G21,G22,G23,G30,G31,G32,G33,pairs_from,origin_offset_m,merge_target,"
-    "mirror_source,degrade_every,degrade_sector_deg,degrade_nearest,target_dataset,right_rank";
+    "mirror_source,degrade_every,degrade_sector_deg,degrade_nearest,target_dataset,right_rank,lost_at";
 
 /// Fields of a variation, in the order of forEachField(): the first are in the middle of a row, the others at its end.
 constexpr std::size_t kEarlyFields = 5;
@@ -258,7 +258,7 @@ toCsvLine(const ResultRow& row)
   line << std::to_string(row.seed) << number(row.source_points) << number(row.target_points);
   line.pose(row.truth);
   line.variation(row.variation, kEarlyFields, kAllFields);
-  line << io::csvField(row.target_dataset) << number(row.right_rank);
+  line << io::csvField(row.target_dataset) << number(row.right_rank) << io::csvField(row.lost_at);
   return line.text();
 }
 
@@ -296,6 +296,7 @@ rowFromCsv(std::string_view line)
   fields.variation(row.variation, kEarlyFields, kAllFields);
   row.target_dataset = fields.text();
   row.right_rank = fields.number();
+  row.lost_at = fields.text();
   return row;
 }
 

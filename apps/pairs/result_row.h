@@ -48,6 +48,7 @@ struct ResultRow {
   std::optional<Eigen::Isometry3d> truth; ///< after the variation; none: no pose is right, or it is not known
   std::string target_dataset;             ///< that the target is from, where it is another
   double right_rank = kUnknown;           ///< place of the first candidate that is right, from 1; unknown: none is
+  std::string lost_at;                    ///< stage at which ssfr lost the truth; empty: it did not, or nobody knows
 };
 
 /// The first line of results.csv, without its end.

@@ -347,8 +347,7 @@ private:
                            "--poses or --accept decide)");
       out.insert(out.end(), members.begin(), members.end());
     }
-    return putApart(
-        out, "places here look alike: too many sure links contradict each other", assembly, graph, reasons);
+    return putApart(out, "places here look alike: too many sure links contradict each other", assembly, graph, reasons);
   }
 
   /** \brief Take parts apart that may be several storeys laid onto one another, unless a person has spoken.

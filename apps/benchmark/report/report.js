@@ -8,7 +8,7 @@ const byId = (id) => document.getElementById(id);
 // Columns of data.rows, as written by reportJson().
 const R = {dataset: 0, pair: 1, variation: 2, method: 3, status: 4, converged: 5, success: 6, source: 7, target: 8,
            degrees: 9, metres: 10, rmse: 11, truthRmse: 12, overlap: 13, confidence: 14, time: 15, cpu: 16, memory: 17,
-           message: 18, pose: 19};
+           message: 18, pose: 19, lostAt: 20};
 
 const state = {dataset: -1, variation: 0, hidden: new Set(), charts: []};
 
@@ -619,6 +619,7 @@ function details(r) {
                  ['RMSE', figure(r[R.rmse]) + ' m (truth ' + figure(r[R.truthRmse]) + ' m)'], ['overlap', percent(r[R.overlap])],
                  ['confidence', isNumber(r[R.confidence]) ? r[R.confidence].toFixed(2) : DASH], ['time', figure(r[R.time]) + ' s'], ['CPU', figure(r[R.cpu]) + ' s'],
                  ['memory', figure(r[R.memory]) + ' MiB']];
+  if (r[R.lostAt]) facts.push(['truth lost at', r[R.lostAt]]);
   box.append(element('p', {class: 'facts'}, facts.map(([name, value]) => name + ' ' + value).join(' \u00b7 ')));
   const pair = pairs.get(r[R.dataset] + '/' + r[R.pair]);
   if (!pair) {
