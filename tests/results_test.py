@@ -96,6 +96,14 @@ class Tables(unittest.TestCase):
         self.assertEqual(lines[3], "| hall | 1 | 0 (0.0 %) | 0 | 0 | - | - | 0.200 | - |")
         self.assertEqual(lines[4], "| all | 4 | 2 (50.0 %) | 2 | 1 | 0.100 | 1.0 | 0.200 | 3 score, 1 rotation |")
 
+    def test_pairs(self):
+        lines = results.pairs_table([("listed", SUMMARY), ("unlisted", {"methods": [entry("room", 6, 5, 4, 0)]})])
+        self.assertEqual(lines[0], "| set | listed | lost at | unlisted | lost at |")
+        self.assertEqual(lines[2], "| room | 2 / 2 / 1 of 3 | - | 5 / 4 / 0 of 6 | - |")
+        self.assertEqual(lines[3], "| hall | 0 / 0 / 0 of 1 | - | - | - |")
+        self.assertEqual(lines[4], "| all | 2 / 2 / 1 of 4 | 3 score, 1 rotation | 5 / 4 / 0 of 6 | - |")
+        self.assertEqual(len({line.count("|") for line in lines}), 1)
+
     def test_success(self):
         def of(method, *entries):
             return {"methods": [{**e, "method": method} for e in entries]}
