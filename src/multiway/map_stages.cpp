@@ -10,13 +10,13 @@
 #include "multiway/joint_adjustment.h"
 #include "multiway/map_report.h"
 #include "multiway/parts.h"
+#include "multiway/rival_groups.h"
 #include "multiway/scan_pair.h"
 #include "multiway/storeys.h"
 #include "profiles/prepared_data.h"
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <map>
 #include <numeric>
 #include <stdexcept>
@@ -70,6 +70,7 @@ public:
     }
     bool is_apart = separateStoreys(assembly, graph, reasons);
     is_apart = separateRefuted(assembly, graph, reasons) || is_apart;
+    is_apart = separateAlike(assembly, graph, reasons) || is_apart;
     if (is_apart) {
       graph_poses = assembly.poses;
       adjustAll(assembly);
@@ -88,6 +89,11 @@ private:
   scan(int i) const
   {
     return input_.prepared[static_cast<std::size_t>(i)];
+  }
+  const std::string&
+  name(int i) const
+  {
+    return names_[static_cast<std::size_t>(i)];
   }
   void
   report(const char* stage, std::size_t done, std::size_t total) const
@@ -183,39 +189,9 @@ private:
       if (members.size() < 2)
         continue;
       const auto pairs = pairsOf(members);
-      const std::vector<PlacementEvidence> evidence = evidenceOf(assembly, pairs);
-      std::vector<PlacementEvidence> sums(names_.size());
-      for (std::size_t k = 0; k < pairs.size(); ++k) {
-        sums[static_cast<std::size_t>(pairs[k].first)] += evidence[k];
-        sums[static_cast<std::size_t>(pairs[k].second)] += evidence[k];
-      }
-      std::vector<char> is_out(names_.size(), 0);
-      for (std::size_t left = members.size(); left > 1;) {
-        const auto score = [&](int i) {
-          const PlacementEvidence& e = sums[static_cast<std::size_t>(i)];
-          return (e.matched - input_.options.choice.contradiction_weight * e.contradicted) / std::max(e.total, 1e-9);
-        };
-        int worst = -1;
-        for (const int i : members)
-          if (!is_out[static_cast<std::size_t>(i)] && (worst < 0 || score(i) < score(worst)))
-            worst = i;
-        if (score(worst) > 0)
-          break;
-        is_out[static_cast<std::size_t>(worst)] = 1;
-        --left;
-        for (std::size_t k = 0; k < pairs.size(); ++k) {
-          const auto [a, b] = pairs[k];
-          if (a != worst && b != worst)
-            continue;
-          PlacementEvidence& other = sums[static_cast<std::size_t>(a == worst ? b : a)];
-          other.total -= evidence[k].total;
-          other.matched -= evidence[k].matched;
-          other.contradicted -= evidence[k].contradicted;
-        }
-      }
-      std::copy_if(members.begin(), members.end(), std::back_inserter(out), [&](int i) {
-        return is_out[static_cast<std::size_t>(i)] != 0;
-      });
+      const std::vector<int> hanging =
+          findHanging(members, pairs, evidenceOf(assembly, pairs), input_.options.choice.contradiction_weight);
+      out.insert(out.end(), hanging.begin(), hanging.end());
     }
     return putApart(out,
                     "where its links put it, its surfaces hang in the free space of other scans, or theirs in its own",
@@ -348,6 +324,30 @@ private:
       out.insert(out.end(), members.begin(), members.end());
     }
     return putApart(out, "places here look alike: too many sure links contradict each other", assembly, graph, reasons);
+  }
+
+  /// Take parts apart in which groups of scans contradict each other, unless a person has spoken. \return whether any
+  bool
+  separateAlike(Assembly& assembly, const HypothesisGraph& graph, std::vector<std::string>& reasons) const
+  {
+    if (!input_.options.alias.check)
+      return false;
+    std::vector<int> out;
+    for (const auto& [part, members] : membersOf(assembly)) {
+      if (members.size() < 4 || isDecided(members))
+        continue;
+      const auto pairs = pairsOf(members);
+      const auto groups = findRivalGroups(members, pairs, evidenceOf(assembly, pairs), input_.options.rival_groups);
+      if (!groups)
+        continue;
+      map_.notes.push_back(
+          std::to_string(groups->first.size()) + " and " + std::to_string(groups->second.size()) + " scans (with " +
+          name(groups->first.front()) + " and " + name(groups->second.front()) +
+          ") contradict each other more than among themselves: places look alike there, or changed between the scans, "
+          "so all scans of that part are kept apart (approximate --poses or --accept decide)");
+      out.insert(out.end(), members.begin(), members.end());
+    }
+    return putApart(out, "places here look alike: groups of scans contradict each other", assembly, graph, reasons);
   }
 
   /** \brief Take parts apart that may be several storeys laid onto one another, unless a person has spoken.

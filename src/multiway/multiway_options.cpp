@@ -69,6 +69,12 @@ validate(const MultiwayOptions& options)
   requireOption(
       choice.rival_gain >= 1 && choice.rival_gain < 100, "choice.rival_gain", choice.rival_gain, "be 1 to 100");
   requireOption(choice.loose >= 1 && choice.loose < 10, "choice.loose", choice.loose, "be 1 or more, less than 10");
+  const RivalGroupsConfig& groups = options.rival_groups;
+  requireShare("rival_groups.least_matched", groups.least_matched);
+  requireShare("rival_groups.contradicted", groups.contradicted);
+  requirePositive("rival_groups.ratio", groups.ratio);
+  requirePositive("rival_groups.significance", groups.significance);
+  requirePositive("rival_groups.prior_patches", groups.prior_patches);
   const AdjustmentConfig& adjustment = options.adjustment;
   requireOption(adjustment.rounds >= 1, "adjustment.rounds", static_cast<double>(adjustment.rounds), "be 1 or more");
   requirePositive("adjustment.last_step", adjustment.last_step);

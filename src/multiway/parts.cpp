@@ -54,6 +54,42 @@ splitUnconnected(Assembly& assembly, const std::vector<PairLink>& links)
     assembly.part[i] = find(static_cast<int>(i));
 }
 
+std::vector<int>
+findHanging(const std::vector<int>& members,
+            const std::vector<std::pair<int, int>>& pairs,
+            const std::vector<PlacementEvidence>& evidence,
+            double contradiction_weight)
+{
+  std::map<int, PlacementEvidence> sums; // of the scans that are left
+  for (const int i : members)
+    sums[i];
+  for (std::size_t k = 0; k < pairs.size(); ++k) {
+    sums[pairs[k].first] += evidence[k];
+    sums[pairs[k].second] += evidence[k];
+  }
+  const auto score = [&](const PlacementEvidence& e) {
+    return (e.matched - contradiction_weight * e.contradicted) / std::max(e.total, 1e-9);
+  };
+  std::vector<int> hanging;
+  while (sums.size() > 1) {
+    const auto worst = std::min_element(
+        sums.begin(), sums.end(), [&](const auto& a, const auto& b) { return score(a.second) < score(b.second); });
+    if (score(worst->second) > 0)
+      break;
+    const int out = worst->first;
+    hanging.push_back(out);
+    sums.erase(worst);
+    for (std::size_t k = 0; k < pairs.size(); ++k) {
+      const auto [a, b] = pairs[k];
+      const auto other = a == out ? sums.find(b) : b == out ? sums.find(a) : sums.end();
+      if (other != sums.end())
+        other->second -= evidence[k];
+    }
+  }
+  std::sort(hanging.begin(), hanging.end());
+  return hanging;
+}
+
 bool
 isClear(const PlaceOdds& chosen, const PlaceOdds& rival, const ChoiceConfig& config)
 {

@@ -5,6 +5,7 @@
 
 #include "multiway/assembly.h"
 #include "multiway/hypothesis_graph.h"
+#include "multiway/scan_pair.h"
 
 #include <map>
 #include <utility>
@@ -24,6 +25,16 @@ nextPart(const Assembly& assembly);
 /// Pieces of a part that no used links connect any more become parts of their own.
 void
 splitUnconnected(Assembly& assembly, const std::vector<PairLink>& links);
+
+/** \brief Scans of a part that hang in what the others saw to be free: each against all others, the worst one first,
+ * until none that is left contradicts more than it matches. \param[in] pairs all of \p members, with their evidence
+ * \param[in] contradiction_weight of surface in free space \return in the order of \p members
+ */
+std::vector<int>
+findHanging(const std::vector<int>& members,
+            const std::vector<std::pair<int, int>>& pairs,
+            const std::vector<PlacementEvidence>& evidence,
+            double contradiction_weight);
 
 /// A place for a scan: the sum of the beliefs of the links that say so, and the score of all surfaces there.
 struct PlaceOdds {

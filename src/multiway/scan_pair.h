@@ -58,6 +58,14 @@ struct PlacementEvidence {
     contradicted += other.contradicted;
     return *this;
   }
+  PlacementEvidence&
+  operator-=(const PlacementEvidence& other)
+  {
+    total -= other.total;
+    matched -= other.matched;
+    contradicted -= other.contradicted;
+    return *this;
+  }
 };
 
 /// \param[in] looseness factor on matching distances and margins, >= 1: 1 where poses are exact

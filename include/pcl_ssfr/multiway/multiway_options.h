@@ -62,6 +62,18 @@ struct AliasConfig {
   double storey = 4.5;            ///< [m] the way to the next level is shorter than this
 };
 
+/// Groups of scans of a part that contradict each other more than they do among themselves: places that look alike,
+/// laid onto one another. Shares are of the surface that meets.
+struct RivalGroupsConfig {
+  double least_matched = 0.15; ///< share of the surface of two scans that meets, from which on they are compared
+  /// Contradicted between groups, at least, in the median: of right maps of real places up to 0.0092 (cars that left, a
+  /// sensor in motion), of wrong ones from 0.0088 on.
+  double contradicted = 0.01;
+  double ratio = 2;          ///< ... and this many times as much as within them
+  double significance = 2;   ///< standard deviations by which the ranks differ, at least: 2 % by chance
+  double prior_patches = 50; ///< patches that met with that share before the first one is counted
+};
+
 /// The joint adjustment over the surfaces.
 struct AdjustmentConfig {
   int rounds = 20;             ///< at most
@@ -81,7 +93,8 @@ struct MultiwayOptions {
   double gravity_tolerance = 0.0873;      ///< of it [rad], (0, pi]
   LinkConfig link;                        ///< which hypotheses of a pair are kept
   ChoiceConfig choice;                    ///< which of them make the map
-  AliasConfig alias;                      ///< what looks alike and is not the same
+  AliasConfig alias;                      ///< what looks alike and is not the same: storeys ...
+  RivalGroupsConfig rival_groups;         ///< ... and anything else
   AdjustmentConfig adjustment;            ///< of the poses
 };
 
