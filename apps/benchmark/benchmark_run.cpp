@@ -4,13 +4,13 @@
 #include <apps/benchmark/benchmark_run.h>
 
 #include <apps/benchmark/benchmark_plan.h>
-#include <apps/benchmark/mpi_ranks.h>
 #include <apps/benchmark/pair_runner.h>
 #include <apps/benchmark/progress.h>
 #include <apps/benchmark/report_html.h>
 #include <apps/benchmark/report_pictures.h>
 #include <apps/benchmark/results_store.h>
 #include <apps/benchmark/summary_files.h>
+#include <apps/cluster/mpi_ranks.h>
 #include <apps/io/file_bytes.h>
 
 #include <algorithm>
@@ -28,6 +28,7 @@
 #include <iostream>
 #include <map>
 #include <memory>
+#include <optional>
 #include <sstream>
 #include <sys/utsname.h>
 #include <thread>
@@ -40,7 +41,6 @@ namespace {
 
 constexpr std::chrono::milliseconds kTick(200); ///< between looks at the clock while nothing happens
 constexpr int kSignalExit = 128;
-enum Word { kNoWork = 0, kWork = 1 }; // of rank 0 to the others, once it has checked everything
 
 std::atomic<int> stop_signal{0}; // set by the signal handler
 
@@ -314,7 +314,7 @@ reportOnly(const BenchmarkArguments& arguments)
 
 /// The process that writes: alone, or with other ranks that work for it.
 int
-runFirst(const BenchmarkArguments& arguments, const BenchmarkPlan& plan, const MpiRanks* ranks, ResultsStore& store)
+runFirst(const BenchmarkArguments& arguments, const BenchmarkPlan& plan, MpiRanks* ranks, ResultsStore& store)
 {
   const std::vector<Task> tasks = tasksToDo(plan, store);
   Progress progress(tasks.size(), plan.pairs.size() * plan.methods.size() - tasks.size());
@@ -323,9 +323,16 @@ runFirst(const BenchmarkArguments& arguments, const BenchmarkPlan& plan, const M
     progress.add(result.row);
   };
   const auto on_idle = [&progress] { progress.tick(); };
-  if (ranks)
+  if (ranks) {
+    const std::vector<std::string> messages = messagesOf(tasks);
+    std::size_t next = 0;
     ranks->deal(
-        messagesOf(tasks), [&on_row](const std::string& message) { on_row(resultOf(message)); }, on_idle, stop_signal);
+        [&](int) {
+          return next < messages.size() && stop_signal.load() == 0 ? std::optional(messages[next++]) : std::nullopt;
+        },
+        [&on_row](const std::string& message) { on_row(resultOf(message)); },
+        on_idle);
+  }
   else
     TaskPool(plan, tasks).run(arguments.jobs, on_row, on_idle);
   progress.finish();
@@ -349,48 +356,29 @@ catchSignals()
   std::signal(SIGPIPE, SIG_IGN);
 }
 
-/// What rank 0 does. What is wrong with the input is thrown once the other ranks know, and MPI has ended in peace.
 int
-runFirstRank(const BenchmarkArguments& arguments, const MpiRanks& ranks, bool& began, std::exception_ptr& problem)
+runPlan(const BenchmarkArguments& arguments, MpiRanks* ranks)
 {
-  try {
-    const BenchmarkPlan plan = makePlan(arguments);
-    ResultsStore store(arguments.out, plan.settings, arguments.resume, plan.candidates);
-    ranks.fromFirst(kWork);
-    began = true;
-    return runFirst(arguments, plan, &ranks, store);
-  }
-  catch (...) {
-    problem = std::current_exception();
-  }
-  return 0;
+  const BenchmarkPlan plan = makePlan(arguments);
+  ResultsStore store(arguments.out, plan.settings, arguments.resume, plan.candidates);
+  return runFirst(arguments, plan, ranks, store);
 }
 
 int
 runRanks(const BenchmarkArguments& arguments)
 {
-  std::exception_ptr problem;
-  int code = 0;
-  {
-    const MpiRanks ranks;
-    if (ranks.rank() == 0) {
-      bool began = false;
-      code = runFirstRank(arguments, ranks, began, problem);
-      if (!began)
-        ranks.fromFirst(kNoWork);
-    }
-    else if (ranks.fromFirst(kNoWork) == kWork) {
-      const BenchmarkPlan plan = makePlan(arguments);
-      ranks.work([&](const std::string& task, const MpiRanks::Send& send) {
-        TaskPool(plan, tasksOf(task))
-            .run(
-                arguments.jobs, [&send](const PairResult& result) { send(messageOf(result)); }, [] {});
-      });
-    }
-  }
-  if (problem)
-    std::rethrow_exception(problem);
-  return code;
+  MpiRanks ranks;
+  if (ranks.rank() == 0)
+    return runPlan(arguments, &ranks);
+  std::optional<BenchmarkPlan> plan; // made once rank 0 has checked everything
+  ranks.work([&](const std::string& task, const MpiRanks::Send& send) {
+    if (!plan)
+      plan = makePlan(arguments);
+    TaskPool(*plan, tasksOf(task))
+        .run(
+            arguments.jobs, [&send](const PairResult& result) { send(messageOf(result)); }, [] {});
+  });
+  return 0;
 }
 
 } // namespace
@@ -404,11 +392,7 @@ runBenchmark(const BenchmarkArguments& arguments)
   if (arguments.report_only)
     return reportOnly(arguments);
   catchSignals();
-  if (with_ranks)
-    return runRanks(arguments);
-  const BenchmarkPlan plan = makePlan(arguments);
-  ResultsStore store(arguments.out, plan.settings, arguments.resume, plan.candidates);
-  return runFirst(arguments, plan, nullptr, store);
+  return with_ranks ? runRanks(arguments) : runPlan(arguments, nullptr);
 }
 
 } // namespace apps

@@ -56,7 +56,11 @@ describeOptions()
       "reject", texts("A,B"), "do not join these two scans")(
       "resume", "go on with DIR/map.sqlite: what is linked is not linked again");
   po::options_description general("General", kHelpWidth);
-  general.add_options()("threads", text("N"), "processors to use, 0: all; the map does not depend on it (default: 0)")(
+  general.add_options()(
+      "threads",
+      text("N"),
+      "processors to use, 0: all (of an MPI job: for each rank, 0: all for rank 0, 1 for each other); the map does not "
+      "depend on it (default: 0)")(
       "pairs", text("RULE"), "which pairs are linked: all, or auto, which is all as well (default: auto)")(
       "help,h", "print this text")("version", "print the version");
   po::options_description all(kHelpWidth);
@@ -176,7 +180,8 @@ mapHelp()
           "  ssfr_map scans --out map                                   place all scans of a folder\n"
           "  ssfr_map scans --out map --accept s3.pcd,s9.pcd            mend: join two parts by hand, in seconds\n"
           "  ssfr_map scans --out map --merged all.ply --merged-leaf 0.05\n"
-          "  ssfr_map building.e57 --out map --e57 registered.e57       the same file with new poses\n\n"
+          "  ssfr_map building.e57 --out map --e57 registered.e57       the same file with new poses\n"
+          "On a cluster, with MPI: mpirun -n 65 ssfr_map ...; rank 0 deals out the pairs, makes the map and writes.\n\n"
        << describeOptions()
        << "\nExit code: 0 all scans are in one component; 1 there are several components (everything is written, "
           "poses.csv\ngives the reasons); 2 the command line is wrong; 3 a file cannot be read or written.\n";

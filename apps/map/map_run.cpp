@@ -15,6 +15,7 @@
 #include <apps/map/map_inputs.h>
 #include <apps/map/map_page.h>
 #include <apps/map/map_progress.h>
+#include <apps/map/map_ranks.h>
 #include <apps/map/map_truth.h>
 #include <apps/map/pose_list.h>
 #include <apps/methods/cloud_view.h>
@@ -46,9 +47,21 @@ namespace fs = std::filesystem;
 constexpr Eigen::Index kOutlinePoints = 24000; // of all scans, in the report ...
 constexpr Eigen::Index kLeastOutline = 300;    // ... and at least of each
 
+MultiwayOptions
+optionsOf(const MapArguments& arguments)
+{
+  MultiwayOptions options;
+  options.threads = arguments.threads;
+  options.gravity = arguments.gravity;
+  return options;
+}
+
 class MapRun {
 public:
-  explicit MapRun(const MapArguments& arguments) : arguments_(arguments), files_(findScans(arguments.inputs)) {}
+  /// \param[in] ranks that link, may be null
+  MapRun(const MapArguments& arguments, MpiRanks* ranks)
+      : arguments_(arguments), ranks_(ranks), files_(findScans(arguments.inputs))
+  {}
 
   bool
   run()
@@ -59,10 +72,8 @@ public:
     // Everything that may be wrong with the arguments is looked at before hours of work.
     readInputs();
     makeFolder();
-    MultiwayOptions options;
-    options.threads = arguments_.threads;
-    options.gravity = arguments_.gravity;
-    MultiwayRegistration registration(options);
+    MultiwayRegistration registration(optionsOf(arguments_));
+    letRanksLink(registration);
     registration.openProject(inFolder("map.sqlite"), goesOn());
     MultiwayMap map = [&] {
       MapProgress progress;
@@ -167,6 +178,20 @@ private:
     if (!goesOn() && fs::exists(inFolder("map.sqlite"), error))
       throw io::IoError(inFolder("map.sqlite") +
                         ": holds a map already; --resume goes on with it, or take another folder");
+  }
+
+  void
+  letRanksLink(MultiwayRegistration& registration) const
+  {
+    if (!ranks_)
+      return;
+    std::vector<std::string> paths;
+    paths.reserve(files_.size());
+    for (const MapInputFile& file : files_)
+      paths.push_back(file.path);
+    registration.setLinker([ranks = ranks_, paths](const std::vector<PairTask>& tasks, const OnLink& on_link) {
+      dealPairs(*ranks, tasks, paths, on_link);
+    });
   }
 
   void
@@ -346,6 +371,7 @@ private:
   }
 
   const MapArguments& arguments_;
+  MpiRanks* ranks_;
   std::vector<MapInputFile> files_;
   std::map<std::string, Eigen::Isometry3d> truth_, poses_;
   std::vector<ControlPoint> control_;
@@ -359,7 +385,18 @@ private:
 bool
 runMap(const MapArguments& arguments)
 {
-  return MapRun(arguments).run();
+  if (!MpiRanks::areLaunched())
+    return MapRun(arguments, nullptr).run();
+  MpiRanks ranks;
+  if (ranks.rank() == 0)
+    return MapRun(arguments, &ranks).run();
+  MultiwayOptions options = optionsOf(arguments);
+  options.threads = std::max(1U, arguments.threads); // its neighbours are processes
+  linkDealtPairs(ranks, options, [](const std::string& path) {
+    const auto points = std::make_shared<io::ScanPoints>(io::loadScanPoints(path));
+    return ScanSource{viewOf(*points), points};
+  });
+  return true;
 }
 
 } // namespace apps

@@ -8,8 +8,8 @@
 namespace pcl_ssfr {
 namespace apps {
 
-/** \brief Make a map and write all files of it.
- * \return whether all scans are in one component
+/** \brief Make a map and write all files of it; as one of several ranks of an MPI job but the first: link for it.
+ * \return whether all scans are in one component, true where that is not known
  * \throw UsageError, io::IoError, std::exception with one line that says what is wrong
  */
 bool

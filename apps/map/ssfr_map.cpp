@@ -3,6 +3,7 @@
 
 #include <pcl_ssfr/version.h>
 
+#include <apps/cluster/mpi_ranks.h>
 #include <apps/common/program_main.h>
 #include <apps/map/map_options.h>
 #include <apps/map/map_run.h>
@@ -21,9 +22,19 @@ enum ExitCode { kOneComponent = 0, kSeveralComponents = 1 };
 int
 run(const std::vector<std::string>& tokens)
 {
-  const apps::MapArguments arguments = apps::parseMapArguments(tokens);
+  const bool is_first = apps::MpiRanks::isFirst(); // of the ranks of an MPI job: one speaks
+  apps::MapArguments arguments;
+  try {
+    arguments = apps::parseMapArguments(tokens);
+  }
+  catch (const apps::UsageError&) {
+    if (is_first)
+      throw;
+    return apps::kUsageExit;
+  }
   if (arguments.help || arguments.version) {
-    std::cout << (arguments.help ? apps::mapHelp() : std::string("ssfr_map " PCL_SSFR_VERSION "\n"));
+    if (is_first)
+      std::cout << (arguments.help ? apps::mapHelp() : std::string("ssfr_map " PCL_SSFR_VERSION "\n"));
     return kOneComponent;
   }
   return apps::runMap(arguments) ? kOneComponent : kSeveralComponents;

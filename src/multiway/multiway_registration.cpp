@@ -14,7 +14,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <cstring>
 #include <mutex>
 #include <stdexcept>
 #include <utility>
@@ -22,22 +21,6 @@
 namespace pcl_ssfr {
 
 namespace {
-
-/// FNV-1a over the coordinates of the points (Fowler, Noll, Vo), eight bytes at a time.
-std::uint64_t
-hashOf(const ScanView& view)
-{
-  std::uint64_t hash = 0xcbf29ce484222325u;
-  const auto add = [&](std::uint64_t value) { hash = (hash ^ value) * 0x100000001b3u; };
-  for (std::size_t i = 0; i < view.count(); ++i) {
-    std::uint32_t bits[3];
-    std::memcpy(bits, view.point(i).data(), sizeof(bits));
-    add(bits[0] | static_cast<std::uint64_t>(bits[1]) << 32);
-    add(bits[2]);
-  }
-  add(view.count());
-  return hash;
-}
 
 /// Text that differs where links would.
 std::string
@@ -83,6 +66,7 @@ struct MultiwayRegistration::State {
   std::vector<std::optional<PosePrior>> priors;
   Decisions decisions;
   std::vector<int> pinned;
+  PairLinker linker;
   std::unique_ptr<ProjectFile> project;
   double prepare_seconds = 0;
 
@@ -108,15 +92,29 @@ struct MultiwayRegistration::State {
     return PairGuess{t->T_map_scan.inverse() * s->T_map_scan, tolerance};
   }
 
+  void
+  linkHere(const std::vector<PairTask>& tasks, const OnLink& on_link) const;
   std::vector<PairLink>
   linkAll(const Progress& progress) const;
 };
+
+void
+MultiwayRegistration::State::linkHere(const std::vector<PairTask>& tasks, const OnLink& on_link) const
+{
+  forEachInParallel(
+      static_cast<std::int64_t>(tasks.size()), 1, static_cast<int>(options.threads), [&](std::int64_t index) {
+        const PairTask& task = tasks[static_cast<std::size_t>(index)];
+        on_link(linkPair(task,
+                         prepared[static_cast<std::size_t>(task.source)],
+                         prepared[static_cast<std::size_t>(task.target)],
+                         options));
+      });
+}
 
 std::vector<PairLink>
 MultiwayRegistration::State::linkAll(const Progress& progress) const
 {
   std::vector<PairLink> links;
-  std::vector<std::string> settings;
   for (std::size_t i = 0; i < scans.size(); ++i)
     for (std::size_t j = i + 1; j < scans.size(); ++j)
       if (scans[i].usable && scans[j].usable && original[i] == static_cast<int>(i) &&
@@ -127,16 +125,21 @@ MultiwayRegistration::State::linkAll(const Progress& progress) const
         links.push_back(link);
       }
   std::map<std::string, std::map<std::pair<std::uint64_t, std::uint64_t>, PairLink>> stored;
-  std::vector<std::size_t> missing;
+  std::vector<std::size_t> missing; // links that are not in the project, each with a task in the same order
+  std::vector<PairTask> tasks;
   for (std::size_t k = 0; k < links.size(); ++k) {
     const auto [source, target] = std::pair(links[k].source, links[k].target);
-    settings.push_back(settingsOf(options, guess(source, target)));
+    PairTask task{source,
+                  target,
+                  scans[static_cast<std::size_t>(source)].hash,
+                  scans[static_cast<std::size_t>(target)].hash,
+                  guess(source, target)};
     if (project) {
-      auto found = stored.find(settings.back());
+      const std::string settings = settingsOf(options, task.guess);
+      auto found = stored.find(settings);
       if (found == stored.end())
-        found = stored.emplace(settings.back(), project->readLinks(settings.back())).first;
-      const auto link = found->second.find(
-          {scans[static_cast<std::size_t>(source)].hash, scans[static_cast<std::size_t>(target)].hash});
+        found = stored.emplace(settings, project->readLinks(settings)).first;
+      const auto link = found->second.find({task.source_hash, task.target_hash});
       if (link != found->second.end()) {
         links[k] = link->second;
         links[k].source = source;
@@ -145,27 +148,38 @@ MultiwayRegistration::State::linkAll(const Progress& progress) const
       }
     }
     missing.push_back(k);
+    tasks.push_back(std::move(task));
   }
   std::mutex mutex;
   std::size_t done = links.size() - missing.size();
+  std::vector<bool> is_done(missing.size());
   if (progress)
     progress("link", done, links.size());
-  forEachInParallel(
-      static_cast<std::int64_t>(missing.size()), 1, static_cast<int>(options.threads), [&](std::int64_t m) {
-        const std::size_t k = missing[static_cast<std::size_t>(m)];
-        const auto source = static_cast<std::size_t>(links[k].source);
-        const auto target = static_cast<std::size_t>(links[k].target);
-        PairLink link = linkScans(prepared[source], prepared[target], options, guess(links[k].source, links[k].target));
-        link.source = links[k].source;
-        link.target = links[k].target;
-        const std::lock_guard<std::mutex> lock(mutex);
-        if (project)
-          project->writeLink(link, scans[source].hash, scans[target].hash, settings[k]);
-        links[k] = std::move(link);
-        ++done;
-        if (progress)
-          progress("link", done, links.size());
-      });
+  const auto on_link = [&](const PairLink& link) {
+    const std::lock_guard<std::mutex> lock(mutex);
+    const auto pair = std::pair(link.source, link.target);
+    const auto task = std::lower_bound(tasks.begin(), tasks.end(), pair, [](const PairTask& a, const auto& b) {
+      return std::pair(a.source, a.target) < b;
+    });
+    const auto m = static_cast<std::size_t>(task - tasks.begin());
+    if (task == tasks.end() || std::pair(task->source, task->target) != pair || is_done[m])
+      throw std::runtime_error("a linker gave a link of the scans " + std::to_string(link.source) + " and " +
+                               std::to_string(link.target) + ", which was not asked for");
+    if (project)
+      project->writeLink(link, task->source_hash, task->target_hash, settingsOf(options, task->guess));
+    links[missing[m]] = link;
+    is_done[m] = true;
+    ++done;
+    if (progress)
+      progress("link", done, links.size());
+  };
+  if (!linker)
+    linkHere(tasks, on_link);
+  else if (!tasks.empty())
+    linker(tasks, on_link);
+  if (done != links.size())
+    throw std::runtime_error("a linker left out " + std::to_string(links.size() - done) + " of " +
+                             std::to_string(tasks.size()) + " pairs");
   if (project)
     project->flush();
   return links;
@@ -209,7 +223,7 @@ MultiwayRegistration::addScans(const std::vector<std::string>& names, const Load
     try {
       const ScanSource source = load(static_cast<std::size_t>(index));
       scan.points = source.view.count();
-      scan.hash = hashOf(source.view);
+      scan.hash = hashOfPoints(source.view);
       state_->prepared[i] = prepareScan(source.view, options);
       scan.reason = problemOf(state_->prepared[i]);
       scan.usable = scan.reason.empty();
@@ -300,6 +314,12 @@ MultiwayRegistration::setPosePrior(int scan, const PosePrior& prior)
   if (!(prior.rotation > 0 && prior.rotation <= kPi) || !(prior.translation > 0))
     throw std::invalid_argument("the tolerance of a pose prior must be positive, and not more than half a turn");
   state_->priors[static_cast<std::size_t>(scan)] = prior;
+}
+
+void
+MultiwayRegistration::setLinker(const PairLinker& linker)
+{
+  state_->linker = linker;
 }
 
 MultiwayMap

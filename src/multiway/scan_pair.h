@@ -7,6 +7,7 @@
 
 #include <pcl_ssfr/multiway/multiway_map.h>
 #include <pcl_ssfr/multiway/multiway_options.h>
+#include <pcl_ssfr/multiway/pair_linking.h>
 #include <pcl_ssfr/prepared_scan.h>
 
 #include <Eigen/Geometry>
@@ -27,12 +28,6 @@ bytesOf(const PreparedScan& scan);
 /// The place of its sensor, or the middle of its points where that is not known, in its own frame [m].
 Eigen::Vector3d
 placeOf(const PreparedScan& scan);
-
-/// What is known of the pose of a pair beforehand.
-struct PairGuess {
-  Eigen::Isometry3d T_target_source;
-  GuessTolerance tolerance;
-};
 
 /** \brief Register two scans and keep several poses, each with its information. Same scans, same bits.
  * \param[in] options threads are not read: it runs in this thread

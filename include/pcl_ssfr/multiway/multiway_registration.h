@@ -6,6 +6,7 @@
 #include <pcl_ssfr/export.h>
 #include <pcl_ssfr/multiway/multiway_map.h>
 #include <pcl_ssfr/multiway/multiway_options.h>
+#include <pcl_ssfr/multiway/pair_linking.h>
 #include <pcl_ssfr/prepared_scan.h>
 #include <pcl_ssfr/scan_view.h>
 
@@ -122,10 +123,18 @@ public:
   void
   setPosePrior(int scan, const PosePrior& prior);
 
+  /** \brief Who links the pairs that are not in the project: other processes, say. Empty, the default: this one.
+   *
+   * Everything else stays here: scans are prepared, links are written to the project as they come, the map is made.
+   */
+  void
+  setLinker(const PairLinker& linker);
+
   /** \brief Link, choose, adjust.
    * \throw std::invalid_argument when fewer than two scans can be used, or when accepted links do not agree: the text
    * names the loop that does not close
-   * \throw std::runtime_error when the project cannot be written
+   * \throw std::runtime_error when the project cannot be written, or when a linker gives a link that was not asked for
+   * or leaves one out
    */
   MultiwayMap
   run(const Progress& progress = {});
