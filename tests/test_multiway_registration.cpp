@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
-// Scans of a furnished room into one map: poses, covariances, bits, bad scans, a person's word, the project file.
+// Scans of a furnished room into one map: poses, covariances, bits, bad scans, a person's word, the project file,
+// pairs linked elsewhere.
 
 #include "multiway/project_file.h"
 #include "multiway/scan_pair.h"
@@ -17,6 +18,7 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 
@@ -191,6 +193,125 @@ TEST_F(Room, aPersonsWordAndPriorsCount)
   prior.T_map_scan = truth_[3];
   registration.setPosePrior(3, prior);
   EXPECT_TRUE(registration.run().scans[3].T_map_scan.isApprox(truth_[3], 1e-9));
+}
+
+/// Links as another process does: from a message and from points of its own, the last pair first.
+std::string
+answer(const std::string& message, const std::function<ScanView(int)>& view, const MultiwayOptions& options)
+{
+  std::vector<PairTask> tasks = tasksFromBytes(message);
+  std::reverse(tasks.begin(), tasks.end());
+  std::vector<PairLink> links;
+  for (const PairTask& task : tasks) {
+    EXPECT_EQ(task.source_hash, hashOfPoints(view(task.source)));
+    EXPECT_EQ(task.target_hash, hashOfPoints(view(task.target)));
+    links.push_back(linkPair(task,
+                             prepareScan(view(task.source), options.registration),
+                             prepareScan(view(task.target), options.registration),
+                             options));
+  }
+  return toBytes(links);
+}
+
+TEST_F(Room, pairsLinkedElsewhereGiveTheSameBits)
+{
+  const TemporaryFolder folder;
+  MultiwayOptions options;
+  options.threads = 2;
+  MultiwayRegistration here(options), there(options);
+  there.openProject(folder.file("map.sqlite"), false);
+  for (MultiwayRegistration* registration : {&here, &there}) {
+    addAll(*registration);
+    for (const int scan : {1, 3}) {
+      PosePrior prior;
+      prior.T_map_scan = truth_[static_cast<std::size_t>(scan)];
+      registration->setPosePrior(scan, prior);
+    }
+  }
+  std::size_t asked = 0, shown = 0;
+  there.setLinker([&](const std::vector<PairTask>& tasks, const OnLink& on_link) {
+    asked += tasks.size();
+    EXPECT_EQ(std::count_if(tasks.begin(), tasks.end(), [](const PairTask& task) { return task.guess.has_value(); }),
+              1);
+    for (const PairLink& link : linksFromBytes(answer(toBytes(tasks), view, options)))
+      on_link(link);
+  });
+  const MultiwayMap expected = here.run();
+  expectSameBits(expected, there.run([&](const std::string& stage, std::size_t, std::size_t) {
+    shown += stage == "link" ? 1 : 0;
+  }));
+  EXPECT_EQ(asked, 10U);
+  EXPECT_EQ(shown, 11U);
+  expectSameBits(expected, there.run()); // all are in the project: nobody is asked
+  EXPECT_EQ(asked, 10U);
+}
+
+TEST_F(Room, whatALinkerOwesIsSaid)
+{
+  MultiwayOptions options;
+  options.threads = 1;
+  MultiwayRegistration registration(options);
+  addAll(registration);
+  const auto problemWith = [&](const PairLinker& linker) -> std::string {
+    registration.setLinker(linker);
+    try {
+      registration.run();
+    }
+    catch (const std::runtime_error& error) {
+      return error.what();
+    }
+    return "";
+  };
+  PairLink link;
+  link.source = 1;
+  link.target = 2;
+  EXPECT_THAT(problemWith([&](const auto&, const OnLink& on_link) { on_link(link); }), HasSubstr("left out 9 of 10"));
+  const std::string twice = "a link of the scans 1 and 2, which was not asked for";
+  EXPECT_THAT(problemWith([&](const auto&, const OnLink& on_link) {
+                on_link(link);
+                on_link(link);
+              }),
+              HasSubstr(twice));
+  link.target = 5;
+  EXPECT_THAT(problemWith([&](const auto&, const OnLink& on_link) { on_link(link); }), HasSubstr("scans 1 and 5"));
+  EXPECT_EQ(problemWith([](const auto&, const OnLink&) { throw std::runtime_error("a rank died"); }), "a rank died");
+}
+
+TEST(PairLinking, bytesThatAreDamagedAreRefused)
+{
+  PairTask task{3, 7, 0xffffffffffffffffu, 1, PairGuess()};
+  task.guess->T_target_source = Eigen::Translation3d(1.0 / 3, -1e-17, 4e5);
+  task.guess->tolerance.rotation = 0.1;
+  const std::string tasks = toBytes(std::vector<PairTask>{task, PairTask()});
+  const std::vector<PairTask> read = tasksFromBytes(tasks);
+  ASSERT_EQ(read.size(), 2U);
+  EXPECT_EQ(read[0].target, 7);
+  EXPECT_EQ(read[0].source_hash, task.source_hash);
+  ASSERT_TRUE(read[0].guess);
+  EXPECT_TRUE(read[0].guess->T_target_source.matrix() == task.guess->T_target_source.matrix());
+  EXPECT_EQ(read[0].guess->tolerance.rotation, 0.1);
+  EXPECT_EQ(read[0].guess->tolerance.translation, task.guess->tolerance.translation);
+  EXPECT_FALSE(read[1].guess);
+
+  PairLink link;
+  link.status = Status::Ambiguous;
+  link.message = std::string("zero \0 in it", 12);
+  link.hypotheses.resize(2);
+  link.hypotheses[1].information.setRandom();
+  const std::string links = toBytes(std::vector<PairLink>{link});
+  const std::vector<PairLink> found = linksFromBytes(links);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].status, link.status);
+  EXPECT_EQ(found[0].message, link.message);
+  ASSERT_EQ(found[0].hypotheses.size(), 2U);
+  EXPECT_TRUE(found[0].hypotheses[1].information == link.hypotheses[1].information);
+
+  EXPECT_TRUE(linksFromBytes(toBytes(std::vector<PairLink>())).empty());
+  EXPECT_THROW(linksFromBytes(tasks), std::runtime_error);
+  EXPECT_THROW(tasksFromBytes(links), std::runtime_error);
+  EXPECT_THROW(linksFromBytes(links + "x"), std::runtime_error);
+  for (std::size_t size = 0; size < links.size(); ++size)
+    EXPECT_THROW(linksFromBytes(links.substr(0, size)), std::runtime_error) << size;
 }
 
 TEST_F(Room, onePointCloudOfPclIsAScan)

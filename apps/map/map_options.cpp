@@ -56,11 +56,11 @@ describeOptions()
       "reject", texts("A,B"), "do not join these two scans")(
       "resume", "go on with DIR/map.sqlite: what is linked is not linked again");
   po::options_description general("General", kHelpWidth);
-  general.add_options()(
-      "threads",
-      text("N"),
-      "processors to use, 0: all (of an MPI job: for each rank, 0: all for rank 0, 1 for each other); the map does not "
-      "depend on it (default: 0)")(
+  general.add_options()("threads",
+                        text("N"),
+                        "processors to use, 0: all; in an MPI job those of each rank, 0: all for rank 0 and 1 for each "
+                        "other; the map does "
+                        "not depend on it (default: 0)")(
       "pairs", text("RULE"), "which pairs are linked: all, or auto, which is all as well (default: auto)")(
       "help,h", "print this text")("version", "print the version");
   po::options_description all(kHelpWidth);
