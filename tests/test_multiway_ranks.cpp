@@ -392,9 +392,12 @@ TEST_F(Job, whatWasKilledGoesOnToTheSameMap)
   const std::string expected = mapIn("alone");
   for (const int victim : {0, 1}) {
     const std::string out = "victim" + std::to_string(victim);
-    EXPECT_NE(killWhileLinking(3, victim, out), 0);
+    EXPECT_NE(killWhileLinking(2, victim, out), 0);
+    if (victim > 0) {
+      EXPECT_THAT(io::readFile(folder_.file("log")), HasSubstr("ssfr_map: the job was ended; --resume goes on"));
+    }
     EXPECT_FALSE(std::filesystem::exists(folder_.file(out) + "/poses.csv"));
-    const Outcome resumed = shell(mpirun(2) + program() + arguments(out) + "--resume");
+    const Outcome resumed = shell(mpirun(3) + program() + arguments(out) + "--resume");
     ASSERT_EQ(resumed.code, 0) << resumed.err;
     EXPECT_TRUE(mapIn(out) == expected) << victim;
   }

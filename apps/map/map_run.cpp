@@ -23,10 +23,12 @@
 
 #include <algorithm>
 #include <chrono>
+#include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
 #include <system_error>
+#include <unistd.h>
 #include <variant>
 
 namespace pcl_ssfr {
@@ -44,6 +46,7 @@ oneScanTwice(const std::string& option, const std::string& a, const std::string&
 
 namespace fs = std::filesystem;
 
+constexpr int kSignalExit = 128;
 constexpr Eigen::Index kOutlinePoints = 24000; // of all scans, in the report ...
 constexpr Eigen::Index kLeastOutline = 300;    // ... and at least of each
 
@@ -54,6 +57,15 @@ optionsOf(const MapArguments& arguments)
   options.threads = arguments.threads;
   options.gravity = arguments.gravity;
   return options;
+}
+
+/// At rank 0: whoever started the job ends it, mostly since another rank died.
+void
+onTermination(int signal)
+{
+  constexpr char kText[] = "ssfr_map: the job was ended; --resume goes on with what is linked\n";
+  [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, kText, sizeof(kText) - 1);
+  _exit(kSignalExit + signal);
 }
 
 class MapRun {
@@ -388,8 +400,10 @@ runMap(const MapArguments& arguments)
   if (!MpiRanks::areLaunched())
     return MapRun(arguments, nullptr).run();
   MpiRanks ranks;
-  if (ranks.rank() == 0)
+  if (ranks.rank() == 0) {
+    std::signal(SIGTERM, onTermination);
     return MapRun(arguments, &ranks).run();
+  }
   MultiwayOptions options = optionsOf(arguments);
   options.threads = std::max(1U, arguments.threads); // its neighbours are processes
   linkDealtPairs(ranks, options, [](const std::string& path) {
