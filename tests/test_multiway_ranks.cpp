@@ -47,6 +47,7 @@ std::vector<std::string>
 pathsOf(int scans)
 {
   std::vector<std::string> paths;
+  paths.reserve(static_cast<std::size_t>(scans));
   for (int i = 0; i < scans; ++i)
     paths.push_back("scan " + std::to_string(i));
   return paths;
