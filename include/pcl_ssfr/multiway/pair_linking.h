@@ -48,6 +48,7 @@ using OnLink = std::function<void(const PairLink& link)>;
 using PairLinker = std::function<void(const std::vector<PairTask>& tasks, const OnLink& on_link)>;
 
 /** \brief Link one pair in this thread, as MultiwayRegistration::run() does. Same scans, same bits.
+ * \param[in] task which scans these are, and what is known of their pose beforehand
  * \param[in] source,target not empty(): prepareScan() of the points of the task with MultiwayOptions::registration
  * \param[in] options those of the registration that the link is for; threads are not read
  */
