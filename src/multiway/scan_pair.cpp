@@ -123,6 +123,18 @@ placeOf(const PreparedScan& scan)
   return s.origin + s.viewpoint;
 }
 
+const VotingSamples&
+votesOf(const PreparedScan& scan)
+{
+  return patchesOf(scan).votes;
+}
+
+double
+scaleOf(const PreparedScan& scan)
+{
+  return patchesOf(scan).scale;
+}
+
 PairLink
 linkScans(const PreparedScan& source,
           const PreparedScan& target,
