@@ -139,17 +139,29 @@ private:
     return fixed;
   }
 
-  /// What the surfaces of all pairs of a part say, in the order of the pairs.
-  std::vector<PlacementEvidence>
-  evidenceOf(const Assembly& assembly, const std::vector<std::pair<int, int>>& pairs) const
+  /// What the surfaces of all pairs of a part say, in the order of the pairs; valid until it is called again for the
+  /// part. Stages ask again before anything has moved: for n scans that is n^2 / 2 looks at two scans.
+  const std::vector<PlacementEvidence>&
+  evidenceOf(const Assembly& assembly,
+             const std::vector<int>& members,
+             const std::vector<std::pair<int, int>>& pairs) const
   {
-    std::vector<PlacementEvidence> evidence(pairs.size());
+    PartEvidence& known = known_evidence_[members.front()];
+    std::vector<Eigen::Isometry3d> poses;
+    for (const int i : members)
+      poses.push_back(assembly.poses[static_cast<std::size_t>(i)]);
+    const auto isSame = [](const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) { return a.matrix() == b.matrix(); };
+    if (known.members == members && std::equal(poses.begin(), poses.end(), known.poses.begin(), isSame))
+      return known.evidence;
+    known.members = members;
+    known.poses = std::move(poses);
+    known.evidence.assign(pairs.size(), {});
     forEachInParallel(static_cast<std::int64_t>(pairs.size()), 1, threads_, [&](std::int64_t index) {
       const auto k = static_cast<std::size_t>(index);
       const auto [i, j] = pairs[k];
-      evidence[k] = evidence_(i, j, relative(assembly, i, j), 1);
+      known.evidence[k] = evidence_(i, j, relative(assembly, i, j), 1);
     });
-    return evidence;
+    return known.evidence;
   }
   static Eigen::Isometry3d
   relative(const Assembly& assembly, int source, int target)
@@ -190,7 +202,7 @@ private:
         continue;
       const auto pairs = pairsOf(members);
       const std::vector<int> hanging =
-          findHanging(members, pairs, evidenceOf(assembly, pairs), input_.options.choice.contradiction_weight);
+          findHanging(members, pairs, evidenceOf(assembly, members, pairs), input_.options.choice.contradiction_weight);
       out.insert(out.end(), hanging.begin(), hanging.end());
     }
     return putApart(out,
@@ -337,7 +349,8 @@ private:
       if (members.size() < 4 || isDecided(members))
         continue;
       const auto pairs = pairsOf(members);
-      const auto groups = findRivalGroups(members, pairs, evidenceOf(assembly, pairs), input_.options.rival_groups);
+      const auto groups =
+          findRivalGroups(members, pairs, evidenceOf(assembly, members, pairs), input_.options.rival_groups);
       if (!groups)
         continue;
       map_.notes.push_back(
@@ -426,7 +439,7 @@ private:
   adjustPart(Assembly& assembly, const std::vector<int>& members, const std::vector<int>& fixed)
   {
     const auto pairs = pairsOf(members);
-    const std::vector<PlacementEvidence> evidence = evidenceOf(assembly, pairs);
+    const std::vector<PlacementEvidence>& evidence = evidenceOf(assembly, members, pairs);
     std::map<std::pair<int, int>, char> linked;
     for (std::size_t k = 0; k < links_.size(); ++k)
       if (assembly.used[k] >= 0)
@@ -479,6 +492,12 @@ private:
   std::vector<std::string> names_;
   std::vector<Eigen::Vector3d> places_;
   EvidenceFunction evidence_;
+  struct PartEvidence {
+    std::vector<int> members;
+    std::vector<Eigen::Isometry3d> poses; ///< of the members, that the evidence is of
+    std::vector<PlacementEvidence> evidence;
+  };
+  mutable std::map<int, PartEvidence> known_evidence_; ///< of parts, by their first scan
   std::vector<Eigen::Matrix<double, 6, 6>> covariances_;
   double squares_before_ = 0, squares_ = 0, weight_ = 0;
 };
