@@ -387,6 +387,19 @@ TEST_F(Job, givesTheSameFilesForAnyNumberOfRanksAndThreads)
   }
 }
 
+TEST_F(Job, roundsOfCandidatesGiveTheSameFiles)
+{
+  std::string more; // what shares nothing with the building, so that one round is not all
+  for (const char* name : {"apartment_0", "apartment_1", "hall_0", "hall_1"})
+    more += std::string("'") + PCL_SSFR_DATA_DIR + "/" + name + ".pcd' ";
+  const auto job = [&](const std::string& out) { return program() + more + arguments(out) + "--pairs candidates "; };
+  const Outcome alone = shell(job("alone"));
+  ASSERT_EQ(alone.code, 1) << alone.err; // there are three places
+  const Outcome ranks = shell(mpirun(3) + job("ranks"));
+  ASSERT_EQ(ranks.code, 1) << ranks.err;
+  EXPECT_TRUE(mapIn("ranks") == mapIn("alone"));
+}
+
 TEST_F(Job, whatWasKilledGoesOnToTheSameMap)
 {
   ASSERT_EQ(shell(program() + arguments("alone")).code, 0);

@@ -38,7 +38,17 @@ public:
       names_.push_back(map.scans[i].name);
       places_.push_back(map.scans[i].usable ? placeOf(input.prepared[i]) : Eigen::Vector3d::Zero());
     }
+    for (std::size_t i = 0; i < map.scans.size() && input.is_large; ++i)
+      sights_.push_back(map.scans[i].usable ? sightOf(input.prepared[i]) : SightOfScan());
     evidence_ = [this](int source, int target, const Eigen::Isometry3d& T, double looseness) {
+      if (input_.is_large) {
+        const auto s = static_cast<std::size_t>(source), t = static_cast<std::size_t>(target);
+        if ((T * places_[s] - places_[t]).norm() > sights_[s].reach + sights_[t].reach) {
+          PlacementEvidence nothing;
+          nothing.total = sights_[s].total + sights_[t].total;
+          return nothing;
+        }
+      }
       return evidenceAt(scan(source), scan(target), T, input_.options, looseness);
     };
   }
@@ -491,6 +501,7 @@ private:
   int threads_;
   std::vector<std::string> names_;
   std::vector<Eigen::Vector3d> places_;
+  std::vector<SightOfScan> sights_; ///< of a large job
   EvidenceFunction evidence_;
   struct PartEvidence {
     std::vector<int> members;

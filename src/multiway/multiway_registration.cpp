@@ -100,7 +100,9 @@ struct MultiwayRegistration::State {
   isLinked(std::size_t scan) const;
   std::vector<ScanPair>
   allPairs() const;
-  /// What is to be linked in a large job.
+  /// Not all pairs are linked.
+  bool
+  isByCandidates() const;
   CandidatePairs
   candidates() const;
   std::vector<PairLink>
@@ -284,14 +286,21 @@ MultiwayRegistration::State::candidates() const
   return CandidatePairs(std::move(known), overlap, options.candidates, threads);
 }
 
+bool
+MultiwayRegistration::State::isByCandidates() const
+{
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < scans.size(); ++i)
+    count += isLinked(i) ? 1 : 0;
+  return options.pairs == PairRule::Candidates ||
+         (options.pairs == PairRule::Auto && count > options.candidates.all_up_to);
+}
+
 std::vector<PairLink>
 MultiwayRegistration::State::linkAll(const Progress& progress) const
 {
   LinkStage stage(*this, progress);
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < scans.size(); ++i)
-    count += isLinked(i) ? 1 : 0;
-  if (options.pairs == PairRule::All || (options.pairs == PairRule::Auto && count <= options.candidates.all_up_to)) {
+  if (!isByCandidates()) {
     stage.link(allPairs());
     return stage.takeLinks();
   }
@@ -462,7 +471,7 @@ MultiwayRegistration::run(const Progress& progress)
   map.stages.push_back({"prepare", s.prepare_seconds, s.scans.size(), usable});
   const std::vector<PairLink> links = s.linkAll(progress);
   map.stages.push_back(clock.lap("link", usable, links.size()));
-  const MapInput input = {s.prepared, s.original, s.priors, s.decisions, s.pinned, s.options};
+  const MapInput input = {s.prepared, s.original, s.priors, s.decisions, s.pinned, s.options, s.isByCandidates()};
   makeMap(input, links, map, progress);
   if (s.project) {
     std::vector<std::pair<std::string, std::string>> decisions;

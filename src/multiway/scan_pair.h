@@ -70,6 +70,15 @@ struct PlacementEvidence {
   }
 };
 
+/// What may be said of two scans without a look at them.
+struct SightOfScan {
+  double reach = 0; ///< from its sensor, within which all but a hundredth of its patches lie [m]
+  double total = 0; ///< its part of PlacementEvidence::total of any pair
+};
+
+SightOfScan
+sightOf(const PreparedScan& scan);
+
 /// \param[in] looseness factor on matching distances and margins, >= 1: 1 where poses are exact
 PlacementEvidence
 evidenceAt(const PreparedScan& source,
