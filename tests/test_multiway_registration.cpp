@@ -523,9 +523,9 @@ TEST(ProjectFile, linksComeOutAsTheyWentInAndOnlyOfTheSameSettings)
     project.writeLink(link, target, source, "settings b");
   }
   ProjectFile project(file, true);
-  const auto links = project.readLinks("settings a");
-  ASSERT_EQ(links.size(), 1U);
-  const PairLink& read = links.at({source, target});
+  const std::optional<PairLink> found = project.readLink(source, target, "settings a");
+  ASSERT_TRUE(found);
+  const PairLink& read = *found;
   EXPECT_EQ(read.status, link.status);
   EXPECT_EQ(read.message, link.message);
   EXPECT_EQ(read.confidence, link.confidence);
@@ -537,8 +537,10 @@ TEST(ProjectFile, linksComeOutAsTheyWentInAndOnlyOfTheSameSettings)
   link.hypotheses.pop_back();
   project.writeLink(link, source, target, "settings a");
   project.flush();
-  EXPECT_EQ(project.readLinks("settings a").at({source, target}).hypotheses.size(), 1U);
-  EXPECT_TRUE(project.readLinks("settings c").empty());
+  EXPECT_EQ(project.readLink(source, target, "settings a").value().hypotheses.size(), 1U);
+  EXPECT_EQ(project.readLink(target, source, "settings b").value().hypotheses.size(), 2U);
+  EXPECT_FALSE(project.readLink(source, target, "settings b"));
+  EXPECT_FALSE(project.readLink(source, source, "settings a"));
 }
 
 } // namespace

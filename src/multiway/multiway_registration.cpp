@@ -140,8 +140,11 @@ public:
     links_.resize(first + pairs.size());
     for (std::size_t k = 0; k < pairs.size(); ++k) {
       PairTask task = taskOf(pairs[k]);
-      if (const PairLink* known = find(task)) {
-        links_[first + k] = *known;
+      std::optional<PairLink> known;
+      if (state_.project)
+        known = state_.project->readLink(task.source_hash, task.target_hash, settingsOf(state_.options, task.guess));
+      if (known) {
+        links_[first + k] = std::move(*known);
         links_[first + k].source = task.source;
         links_[first + k].target = task.target;
         continue;
@@ -204,19 +207,6 @@ private:
             state_.scans[static_cast<std::size_t>(pair.second)].hash,
             state_.guess(pair.first, pair.second)};
   }
-  /// The link in the project; null: there is none.
-  const PairLink*
-  find(const PairTask& task)
-  {
-    if (!state_.project)
-      return nullptr;
-    const std::string settings = settingsOf(state_.options, task.guess);
-    auto found = stored_.find(settings);
-    if (found == stored_.end())
-      found = stored_.emplace(settings, state_.project->readLinks(settings)).first;
-    const auto link = found->second.find({task.source_hash, task.target_hash});
-    return link != found->second.end() ? &link->second : nullptr;
-  }
   void
   report(std::size_t done) const
   {
@@ -227,8 +217,6 @@ private:
   const State& state_;
   const Progress& progress_;
   std::vector<PairLink> links_;
-  std::map<std::string, std::map<std::pair<std::uint64_t, std::uint64_t>, PairLink>>
-      stored_; ///< in the project, by settings
 };
 
 bool
