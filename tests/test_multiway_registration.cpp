@@ -8,6 +8,7 @@
 #include "multiway/scan_pair.h"
 
 #include <pcl_ssfr/multiway/multiway_registration.h>
+#include <pcl_ssfr/pipeline.h>
 
 #include <io_testing.h>
 #include <pose_matchers.h>
@@ -379,6 +380,23 @@ TEST_F(Rooms, candidatesPlaceWhatAllPairsPlace)
   options.candidates.all_up_to = kScans - 1;
   expectSameBits(chosen, mapOfRooms(options, of_many));
   EXPECT_EQ(of_many, of_candidates);
+}
+
+TEST_F(Room, whatIsSaidOfScansWithoutALookIsWhatALookSays)
+{
+  const Options options;
+  const PreparedScan a = prepareScan(view(0), options), b = prepareScan(view(1), options);
+  const SightOfScan sight_a = sightOf(a), sight_b = sightOf(b);
+  EXPECT_GT(sight_a.reach, 2);
+  EXPECT_LT(sight_a.reach, 12);
+  // Nothing meets so far away, and the weight of all is the same.
+  const double apart = sight_a.reach + sight_b.reach + 20;
+  const Eigen::Isometry3d far(Eigen::Translation3d(apart, 0, 0));
+  const PlacementEvidence evidence = evidenceAt(a, b, far, MultiwayOptions(), 2);
+  EXPECT_EQ(evidence.matched, 0);
+  EXPECT_EQ(evidence.contradicted, 0);
+  EXPECT_EQ(evidence.total, sight_a.total + sight_b.total);
+  EXPECT_GT(evidence.total, 0);
 }
 
 TEST_F(Rooms, candidatesGoOnWhereTheyWereKilled)
