@@ -20,6 +20,7 @@
 #include <atomic>
 #include <chrono>
 #include <csignal>
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -398,6 +399,15 @@ TEST_F(Job, roundsOfCandidatesGiveTheSameFiles)
   const Outcome ranks = shell(mpirun(3) + job("ranks"));
   ASSERT_EQ(ranks.code, 1) << ranks.err;
   EXPECT_TRUE(mapIn("ranks") == mapIn("alone"));
+  // The ranks were given pairs more than once, and the end of each round is shown.
+  std::size_t rounds = 0;
+  for (std::size_t line = ranks.err.find("ssfr_map: link "); line != std::string::npos;
+       line = ranks.err.find("ssfr_map: link ", line + 1)) {
+    std::size_t done = 0, total = 1;
+    ASSERT_EQ(std::sscanf(ranks.err.c_str() + line, "ssfr_map: link %zu of %zu", &done, &total), 2);
+    rounds += done == total ? 1 : 0;
+  }
+  EXPECT_GE(rounds, 2U) << ranks.err;
 }
 
 TEST_F(Job, whatWasKilledGoesOnToTheSameMap)

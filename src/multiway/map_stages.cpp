@@ -158,6 +158,7 @@ private:
   {
     PartEvidence& known = known_evidence_[members.front()];
     std::vector<Eigen::Isometry3d> poses;
+    poses.reserve(members.size());
     for (const int i : members)
       poses.push_back(assembly.poses[static_cast<std::size_t>(i)]);
     const auto isSame = [](const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) { return a.matrix() == b.matrix(); };
@@ -476,7 +477,9 @@ private:
       numbered.emplace_back(number[static_cast<std::size_t>(pairs[k].first)],
                             number[static_cast<std::size_t>(pairs[k].second)]);
     }
-    const AdjustmentConfig& config = input_.options.adjustment;
+    AdjustmentConfig config = input_.options.adjustment;
+    if (input_.is_large)
+      config.damping = config.damping_of_large;
     const EquationsFunction equations = [&](std::size_t k, const Eigen::Isometry3d& T) {
       return equationsAt(scan(taken[k].first), scan(taken[k].second), T, input_.options);
     };

@@ -105,7 +105,10 @@ struct AdjustmentConfig {
   double last_step = 2e-5;     ///< [m], [rad] it stops when every scan moves less
   double least_matched = 0.02; ///< share of the patches of a pair that meet, from which on the pair takes part
   double damping = 1e-4;       ///< of the diagonal: what nothing determines stays where the pose graph puts it
-  double noise_floor = 0.001;  ///< [m] no patch is better known
+  /// The same in a job by candidates: a row of n scans bends against some 1 / n^4 of the diagonal, and a damping above
+  /// that keeps it bent and calls it exact.
+  double damping_of_large = 1e-7;
+  double noise_floor = 0.001; ///< [m] no patch is better known
   /// Factor on the covariance, for what all patches of a scan have in common and no scatter shows.
   double covariance_factor = 1;
 };
