@@ -583,7 +583,7 @@ TEST_F(Program, whatIsWrongIsOneLineThatNamesIt)
       {in + " --out '" + out() + "' --accept s0", 2, "--accept"},
       {in + " --out '" + out() + "' --accept s0,s9", 2, "s9"},
       {in + " --out '" + out() + "' --pin nothing", 2, "nothing"},
-      {in + " --out '" + out() + "' --pairs some", 2, "--pairs"},
+      {in + " --out '" + out() + "' --pairs some", 2, "--pairs: 'some' is neither all, candidates nor auto"},
       {in + " --out '" + out() + "' --merged all.las", 2, "all.las"},
       {in + " --out '" + out() + "' --merged all.e57", 2, "all.e57"},
       {in + " --out '" + out() + "' --e57 all.pcd", 2, "--e57: all.pcd is not an .e57 file"},
@@ -607,6 +607,19 @@ TEST_F(Program, whatIsWrongIsOneLineThatNamesIt)
   }
   EXPECT_EQ(run("--help").code, 0);
   EXPECT_THAT(run("--version").out, StartsWith("ssfr_map "));
+}
+
+TEST(MapOptions, whichPairsAreLinked)
+{
+  const auto rule = [](const std::vector<std::string>& words) {
+    std::vector<std::string> arguments = {"scans", "--out", "map"};
+    arguments.insert(arguments.end(), words.begin(), words.end());
+    return apps::parseMapArguments(arguments).pairs;
+  };
+  EXPECT_EQ(rule({}), PairRule::Auto);
+  EXPECT_EQ(rule({"--pairs", "auto"}), PairRule::Auto);
+  EXPECT_EQ(rule({"--pairs", "all"}), PairRule::All);
+  EXPECT_EQ(rule({"--pairs", "candidates"}), PairRule::Candidates);
 }
 
 TEST(PoseList, bothFormatsAndWhatIsWrongInThem)

@@ -20,6 +20,7 @@
 #include <atomic>
 #include <chrono>
 #include <csignal>
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -385,6 +386,28 @@ TEST_F(Job, givesTheSameFilesForAnyNumberOfRanksAndThreads)
     EXPECT_THAT(again.err, Not(HasSubstr("link 28 of 28")));
     EXPECT_TRUE(mapIn("ranks3") == expected);
   }
+}
+
+TEST_F(Job, roundsOfCandidatesGiveTheSameFiles)
+{
+  std::string more; // what shares nothing with the building, so that one round is not all
+  for (const char* name : {"apartment_0", "apartment_1", "hall_0", "hall_1"})
+    more += std::string("'") + PCL_SSFR_DATA_DIR + "/" + name + ".pcd' ";
+  const auto job = [&](const std::string& out) { return program() + more + arguments(out) + "--pairs candidates "; };
+  const Outcome alone = shell(job("alone"));
+  ASSERT_EQ(alone.code, 1) << alone.err; // there are three places
+  const Outcome ranks = shell(mpirun(3) + job("ranks"));
+  ASSERT_EQ(ranks.code, 1) << ranks.err;
+  EXPECT_TRUE(mapIn("ranks") == mapIn("alone"));
+  // The ranks were given pairs more than once, and the end of each round is shown.
+  std::size_t rounds = 0;
+  for (std::size_t line = ranks.err.find("ssfr_map: link "); line != std::string::npos;
+       line = ranks.err.find("ssfr_map: link ", line + 1)) {
+    std::size_t done = 0, total = 1;
+    ASSERT_EQ(std::sscanf(ranks.err.c_str() + line, "ssfr_map: link %zu of %zu", &done, &total), 2);
+    rounds += done == total ? 1 : 0;
+  }
+  EXPECT_GE(rounds, 2U) << ranks.err;
 }
 
 TEST_F(Job, whatWasKilledGoesOnToTheSameMap)

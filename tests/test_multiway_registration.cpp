@@ -8,6 +8,7 @@
 #include "multiway/scan_pair.h"
 
 #include <pcl_ssfr/multiway/multiway_registration.h>
+#include <pcl_ssfr/pipeline.h>
 
 #include <io_testing.h>
 #include <pose_matchers.h>
@@ -277,6 +278,145 @@ TEST_F(Room, whatALinkerOwesIsSaid)
   EXPECT_EQ(problemWith([](const auto&, const OnLink&) { throw std::runtime_error("a rank died"); }), "a rank died");
 }
 
+/// Five scans in each of two rooms, each in a frame of its own. A pair is linked once for all tests.
+class Rooms : public Room {
+protected:
+  static constexpr std::size_t kScans = 10;
+
+  static void
+  SetUpTestSuite()
+  {
+    testing::Random random(17);
+    const testing::Scene scene = testing::makeFurnishedRoom(3);
+    for (std::size_t i = 0; i < kScans; ++i) {
+      Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+      T.translation() = scene.stations[i / 2 % 2] + 0.2 * static_cast<double>(i / 4) * Eigen::Vector3d::UnitX();
+      const Eigen::Matrix3Xf points = testing::castScan(scene, T, testing::roomScanner(0.02), 50 + i);
+      const float size = roomOf(i) == 0 ? 1.0F : 1.35F; // one room is larger than the other
+      rooms_.push_back(size * testing::randomRotation(random).cast<float>() * points);
+    }
+  }
+  static void
+  TearDownTestSuite()
+  {
+    rooms_.clear();
+    linked_.clear();
+  }
+  static std::size_t
+  roomOf(std::size_t scan)
+  {
+    return scan % 2;
+  }
+  static MultiwayOptions
+  optionsOf(PairRule rule)
+  {
+    MultiwayOptions options;
+    options.threads = 1;
+    options.pairs = rule;
+    options.candidates.alike = 2;
+    options.candidates.apart = 2;
+    options.candidates.apart_of_scan = 1;
+    return options;
+  }
+  /// \param[in,out] count of the pairs that are linked by no project, which end the run when there are \p most
+  static MultiwayMap
+  mapOfRooms(const MultiwayOptions& options, std::size_t& count, const std::string& project = "", std::size_t most = 99)
+  {
+    MultiwayRegistration registration(options);
+    if (!project.empty())
+      registration.openProject(project, true);
+    for (std::size_t i = 0; i < kScans; ++i) {
+      ScanView view;
+      view.xyz = rooms_[i].data();
+      view.size = static_cast<std::size_t>(rooms_[i].cols());
+      registration.addScan("s" + std::to_string(i), view);
+    }
+    registration.setLinker([&](const std::vector<PairTask>& tasks, const OnLink& on_link) {
+      for (const PairTask& task : tasks) {
+        if (count >= most)
+          throw std::runtime_error("killed");
+        ++count;
+        auto link = linked_.find({task.source, task.target});
+        if (link == linked_.end())
+          link = linked_
+                     .emplace(std::pair(task.source, task.target),
+                              linkPair(task,
+                                       registration.preparedScan(task.source),
+                                       registration.preparedScan(task.target),
+                                       options))
+                     .first;
+        on_link(link->second);
+      }
+    });
+    return registration.run();
+  }
+
+  static inline std::vector<Eigen::Matrix3Xf> rooms_;
+  static inline std::map<std::pair<int, int>, PairLink> linked_;
+};
+
+TEST_F(Rooms, candidatesPlaceWhatAllPairsPlace)
+{
+  std::size_t of_all = 0, of_candidates = 0, of_threads = 0, of_many = 0;
+  const MultiwayMap all = mapOfRooms(optionsOf(PairRule::Auto), of_all);
+  MultiwayOptions options = optionsOf(PairRule::Candidates);
+  const MultiwayMap chosen = mapOfRooms(options, of_candidates);
+  EXPECT_EQ(of_all, 45U);
+  EXPECT_EQ(of_candidates, chosen.links.size());
+  EXPECT_LE(of_candidates, 35U);
+  EXPECT_EQ(all.components, 2);
+  EXPECT_EQ(chosen.components, 2);
+  for (const MultiwayMap* map : {&all, &chosen})
+    for (std::size_t i = 0; i < kScans; ++i)
+      for (std::size_t k = 0; k < i; ++k)
+        EXPECT_EQ(map->scans[i].component == map->scans[k].component, roomOf(i) == roomOf(k)) << i << " " << k;
+  EXPECT_TRUE(std::is_sorted(chosen.links.begin(), chosen.links.end(), [](const MapLink& a, const MapLink& b) {
+    return std::pair(a.source, a.target) < std::pair(b.source, b.target);
+  }));
+  options.threads = 3;
+  expectSameBits(chosen, mapOfRooms(options, of_threads));
+  // Candidates without being asked for, where there are many scans.
+  options.pairs = PairRule::Auto;
+  options.candidates.all_up_to = kScans - 1;
+  expectSameBits(chosen, mapOfRooms(options, of_many));
+  EXPECT_EQ(of_many, of_candidates);
+}
+
+TEST_F(Room, whatIsSaidOfScansWithoutALookIsWhatALookSays)
+{
+  const Options options;
+  const PreparedScan a = prepareScan(view(0), options), b = prepareScan(view(1), options);
+  const SightOfScan sight_a = sightOf(a), sight_b = sightOf(b);
+  EXPECT_GT(sight_a.reach, 2);
+  EXPECT_LT(sight_a.reach, 12);
+  // Nothing meets so far away, and the weight of all is the same.
+  const double apart = sight_a.reach + sight_b.reach + 20;
+  const Eigen::Isometry3d far(Eigen::Translation3d(apart, 0, 0));
+  const PlacementEvidence evidence = evidenceAt(a, b, far, MultiwayOptions(), 2);
+  EXPECT_EQ(evidence.matched, 0);
+  EXPECT_EQ(evidence.contradicted, 0);
+  EXPECT_EQ(evidence.total, sight_a.total + sight_b.total);
+  EXPECT_GT(evidence.total, 0);
+}
+
+TEST_F(Rooms, candidatesGoOnWhereTheyWereKilled)
+{
+  const TemporaryFolder folder;
+  const std::string file = folder.file("map.sqlite");
+  const MultiwayOptions options = optionsOf(PairRule::Candidates);
+  std::size_t undisturbed = 0, killed = 0, resumed = 0, again = 0;
+  const MultiwayMap expected = mapOfRooms(options, undisturbed);
+  ASSERT_GT(undisturbed, 9U);
+  EXPECT_THROW(mapOfRooms(options, killed, file, 4), std::runtime_error);
+  std::size_t later = killed;
+  EXPECT_THROW(mapOfRooms(options, later, file, undisturbed - 2), std::runtime_error); // in a later round
+  resumed = later;
+  expectSameBits(expected, mapOfRooms(options, resumed, file));
+  EXPECT_EQ(resumed, undisturbed); // none twice
+  expectSameBits(expected, mapOfRooms(options, again, file));
+  EXPECT_EQ(again, 0U);
+}
+
 TEST(PairLinking, bytesThatAreDamagedAreRefused)
 {
   PairTask task{3, 7, 0xffffffffffffffffu, 1, PairGuess()};
@@ -401,9 +541,9 @@ TEST(ProjectFile, linksComeOutAsTheyWentInAndOnlyOfTheSameSettings)
     project.writeLink(link, target, source, "settings b");
   }
   ProjectFile project(file, true);
-  const auto links = project.readLinks("settings a");
-  ASSERT_EQ(links.size(), 1U);
-  const PairLink& read = links.at({source, target});
+  const std::optional<PairLink> found = project.readLink(source, target, "settings a");
+  ASSERT_TRUE(found);
+  const PairLink& read = *found;
   EXPECT_EQ(read.status, link.status);
   EXPECT_EQ(read.message, link.message);
   EXPECT_EQ(read.confidence, link.confidence);
@@ -415,8 +555,10 @@ TEST(ProjectFile, linksComeOutAsTheyWentInAndOnlyOfTheSameSettings)
   link.hypotheses.pop_back();
   project.writeLink(link, source, target, "settings a");
   project.flush();
-  EXPECT_EQ(project.readLinks("settings a").at({source, target}).hypotheses.size(), 1U);
-  EXPECT_TRUE(project.readLinks("settings c").empty());
+  EXPECT_EQ(project.readLink(source, target, "settings a").value().hypotheses.size(), 1U);
+  EXPECT_EQ(project.readLink(target, source, "settings b").value().hypotheses.size(), 2U);
+  EXPECT_FALSE(project.readLink(source, target, "settings b"));
+  EXPECT_FALSE(project.readLink(source, source, "settings a"));
 }
 
 } // namespace

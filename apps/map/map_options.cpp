@@ -61,8 +61,10 @@ describeOptions()
                         "processors to use, 0: all; in an MPI job those of each rank, 0: all for rank 0 and 1 for each "
                         "other; the map does "
                         "not depend on it (default: 0)")(
-      "pairs", text("RULE"), "which pairs are linked: all, or auto, which is all as well (default: auto)")(
-      "help,h", "print this text")("version", "print the version");
+      "pairs",
+      text("RULE"),
+      "which pairs of scans are linked: all, candidates (those likely to share a place), or auto: all up to 150 scans, "
+      "candidates above (default: auto)")("help,h", "print this text")("version", "print the version");
   po::options_description all(kHelpWidth);
   all.add(results).add(known).add(mending).add(general);
   return all;
@@ -117,9 +119,12 @@ parseMapArguments(const std::vector<std::string>& arguments)
                        std::to_string(kMaxThreads));
     result.threads = static_cast<unsigned>(count);
   }
-  const std::string pairs = textOf(values, "pairs");
-  if (!pairs.empty() && pairs != "all" && pairs != "auto")
-    throw UsageError("--pairs: " + io::inQuotes(pairs) + " is neither all nor auto");
+  if (const std::string pairs = textOf(values, "pairs"); pairs == "all")
+    result.pairs = PairRule::All;
+  else if (pairs == "candidates")
+    result.pairs = PairRule::Candidates;
+  else if (!pairs.empty() && pairs != "auto")
+    throw UsageError("--pairs: " + io::inQuotes(pairs) + " is neither all, candidates nor auto");
   if (const std::string gravity = textOf(values, "gravity"); !gravity.empty()) {
     const std::vector<double> up = finiteNumbers("--gravity", gravity, 3);
     result.gravity = Eigen::Vector3d(up[0], up[1], up[2]);

@@ -3,6 +3,8 @@
 
 #pragma once
 
+#include <pcl_ssfr/multiway/multiway_options.h>
+
 #include <apps/common/usage_error.h>
 #include <apps/map/map_clouds.h>
 
@@ -23,6 +25,7 @@ struct MapArguments {
   std::vector<std::string> inputs; ///< files and folders
   std::string out;                 ///< folder
   unsigned threads = 0;
+  PairRule pairs = PairRule::Auto;        ///< which pairs are linked
   std::optional<Eigen::Vector3d> gravity; ///< up, in the frame of every scan
   std::string poses;                      ///< file; empty: none
   double pose_rotation_deg = 10;          ///< tolerance of these [deg]

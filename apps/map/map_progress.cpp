@@ -32,16 +32,21 @@ void
 MapProgress::show(const std::string& stage, std::size_t done, std::size_t total)
 {
   const Clock::time_point now = Clock::now();
+  const std::size_t tenth = total > 0 ? kTenths * done / total : kTenths;
   if (stage != stage_) {
     if (open_)
       std::cerr << '\n';
     open_ = false;
     stage_ = stage;
     first_ = done;
-    tenth_ = total > 0 ? kTenths * done / total : 0;
+    total_ = total;
+    tenth_ = tenth;
     began_ = shown_ = now;
   }
-  const std::size_t tenth = total > 0 ? kTenths * done / total : kTenths;
+  if (total != total_) {
+    total_ = total;
+    tenth_ = tenth;
+  }
   const bool is_due = terminal_ ? std::chrono::duration<double>(now - shown_).count() > kEvery || done == total
                                 : tenth > tenth_ && done > first_;
   if (!is_due)

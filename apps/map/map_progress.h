@@ -29,7 +29,8 @@ private:
   bool open_ = false; ///< the last line has no end yet
   std::string stage_;
   std::size_t first_ = 0; ///< done when the stage began
-  std::size_t tenth_ = 0;
+  std::size_t tenth_ = 0; ///< of the total, that was shown last
+  std::size_t total_ = 0; ///< more is to be done in each round of candidates
   Clock::time_point began_;
   Clock::time_point shown_;
 };

@@ -56,6 +56,7 @@ optionsOf(const MapArguments& arguments)
   MultiwayOptions options;
   options.threads = arguments.threads;
   options.gravity = arguments.gravity;
+  options.pairs = arguments.pairs;
   return options;
 }
 

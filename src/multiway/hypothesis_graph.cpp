@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace pcl_ssfr {
 
@@ -57,19 +58,35 @@ estimateShare(const std::vector<PairLink>& links, double fitted_share)
 class Directed {
 public:
   Directed(const std::vector<PairLink>& links, const HypothesisGraph& graph, std::size_t scans)
-      : links_(links), graph_(graph), scans_(scans), numbers_(scans * scans, -1)
+      : links_(links), graph_(graph), partners_(scans)
   {
     for (std::size_t k = 0; k < links.size(); ++k) {
       const auto i = static_cast<std::size_t>(links[k].source);
       const auto j = static_cast<std::size_t>(links[k].target);
-      numbers_[i * scans_ + j] = numbers_[j * scans_ + i] = static_cast<int>(k);
+      partners_[i].emplace_back(j, k);
+      partners_[j].emplace_back(i, k);
     }
+    for (auto& partners : partners_)
+      std::sort(partners.begin(), partners.end());
   }
 
-  int
-  number(std::size_t a, std::size_t b) const
+  /// Call \p visit(c, link of a and c, link of c and b) for all scans that have links with both, in ascending order.
+  template <typename Visit>
+  void
+  forEachBetween(std::size_t a, std::size_t b, const Visit& visit) const
   {
-    return numbers_[a * scans_ + b];
+    auto from_a = partners_[a].begin(), from_b = partners_[b].begin();
+    while (from_a != partners_[a].end() && from_b != partners_[b].end()) {
+      if (from_a->first < from_b->first)
+        ++from_a;
+      else if (from_b->first < from_a->first)
+        ++from_b;
+      else {
+        visit(from_a->first, from_a->second, from_b->second);
+        ++from_a;
+        ++from_b;
+      }
+    }
   }
   /// The pose of hypothesis \p h, mapping points of \p from.
   Eigen::Isometry3d
@@ -79,16 +96,12 @@ public:
     const Eigen::Isometry3d& T = link.hypotheses[h.rank].T_target_source;
     return static_cast<std::size_t>(link.source) == from ? T : T.inverse();
   }
-  /// Call \p visit for the hypotheses between two scans that matter.
+  /// Call \p visit for the hypotheses of a link that matter.
   template <typename Visit>
   void
-  forEach(std::size_t a, std::size_t b, const Visit& visit) const
+  forEach(std::size_t link, const Visit& visit) const
   {
-    const int k = number(a, b);
-    if (k < 0)
-      return;
-    for (std::size_t h = graph_.first[static_cast<std::size_t>(k)]; h < graph_.first[static_cast<std::size_t>(k) + 1];
-         ++h)
+    for (std::size_t h = graph_.first[link]; h < graph_.first[link + 1]; ++h)
       if (graph_.hypotheses[h].belief >= kNegligible)
         visit(graph_.hypotheses[h]);
   }
@@ -96,8 +109,7 @@ public:
 private:
   const std::vector<PairLink>& links_;
   const HypothesisGraph& graph_;
-  std::size_t scans_;
-  std::vector<int> numbers_;
+  std::vector<std::vector<std::pair<std::size_t, std::size_t>>> partners_; ///< of each scan: the other one, their link
 };
 
 /// Sure loops that close with each hypothesis of a link, less those that do not.
@@ -114,13 +126,11 @@ countLoops(std::size_t k,
   const std::size_t count = graph.first[k + 1] - graph.first[k];
   std::vector<double> loops(count, 0.0);
   std::vector<double> closing(count);
-  for (std::size_t c = 0; c < places.size(); ++c) {
-    if (c == i || c == j || directed.number(i, c) < 0 || directed.number(c, j) < 0)
-      continue;
+  directed.forEachBetween(i, j, [&](std::size_t c, std::size_t to_c, std::size_t from_c) {
     std::fill(closing.begin(), closing.end(), 0.0);
     double strongest = 0;
-    directed.forEach(i, c, [&](const WeighedHypothesis& first) {
-      directed.forEach(c, j, [&](const WeighedHypothesis& second) {
+    directed.forEach(to_c, [&](const WeighedHypothesis& first) {
+      directed.forEach(from_c, [&](const WeighedHypothesis& second) {
         const double weight = first.belief * second.belief;
         strongest = std::max(strongest, weight);
         const Eigen::Isometry3d T = directed.pose(second, c) * directed.pose(first, i);
@@ -131,7 +141,7 @@ countLoops(std::size_t k,
     });
     for (std::size_t m = 0; m < count; ++m)
       loops[m] += closing[m] - (strongest - closing[m]);
-  }
+  });
   return loops;
 }
 

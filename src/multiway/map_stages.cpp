@@ -38,7 +38,17 @@ public:
       names_.push_back(map.scans[i].name);
       places_.push_back(map.scans[i].usable ? placeOf(input.prepared[i]) : Eigen::Vector3d::Zero());
     }
+    for (std::size_t i = 0; i < map.scans.size() && input.is_large; ++i)
+      sights_.push_back(map.scans[i].usable ? sightOf(input.prepared[i]) : SightOfScan());
     evidence_ = [this](int source, int target, const Eigen::Isometry3d& T, double looseness) {
+      if (input_.is_large) {
+        const auto s = static_cast<std::size_t>(source), t = static_cast<std::size_t>(target);
+        if ((T * places_[s] - places_[t]).norm() > sights_[s].reach + sights_[t].reach) {
+          PlacementEvidence nothing;
+          nothing.total = sights_[s].total + sights_[t].total;
+          return nothing;
+        }
+      }
       return evidenceAt(scan(source), scan(target), T, input_.options, looseness);
     };
   }
@@ -139,17 +149,30 @@ private:
     return fixed;
   }
 
-  /// What the surfaces of all pairs of a part say, in the order of the pairs.
-  std::vector<PlacementEvidence>
-  evidenceOf(const Assembly& assembly, const std::vector<std::pair<int, int>>& pairs) const
+  /// What the surfaces of all pairs of a part say, in the order of the pairs; valid until it is called again for the
+  /// part. Stages ask again before anything has moved: for n scans that is n^2 / 2 looks at two scans.
+  const std::vector<PlacementEvidence>&
+  evidenceOf(const Assembly& assembly,
+             const std::vector<int>& members,
+             const std::vector<std::pair<int, int>>& pairs) const
   {
-    std::vector<PlacementEvidence> evidence(pairs.size());
+    PartEvidence& known = known_evidence_[members.front()];
+    std::vector<Eigen::Isometry3d> poses;
+    poses.reserve(members.size());
+    for (const int i : members)
+      poses.push_back(assembly.poses[static_cast<std::size_t>(i)]);
+    const auto isSame = [](const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) { return a.matrix() == b.matrix(); };
+    if (known.members == members && std::equal(poses.begin(), poses.end(), known.poses.begin(), isSame))
+      return known.evidence;
+    known.members = members;
+    known.poses = std::move(poses);
+    known.evidence.assign(pairs.size(), {});
     forEachInParallel(static_cast<std::int64_t>(pairs.size()), 1, threads_, [&](std::int64_t index) {
       const auto k = static_cast<std::size_t>(index);
       const auto [i, j] = pairs[k];
-      evidence[k] = evidence_(i, j, relative(assembly, i, j), 1);
+      known.evidence[k] = evidence_(i, j, relative(assembly, i, j), 1);
     });
-    return evidence;
+    return known.evidence;
   }
   static Eigen::Isometry3d
   relative(const Assembly& assembly, int source, int target)
@@ -190,7 +213,7 @@ private:
         continue;
       const auto pairs = pairsOf(members);
       const std::vector<int> hanging =
-          findHanging(members, pairs, evidenceOf(assembly, pairs), input_.options.choice.contradiction_weight);
+          findHanging(members, pairs, evidenceOf(assembly, members, pairs), input_.options.choice.contradiction_weight);
       out.insert(out.end(), hanging.begin(), hanging.end());
     }
     return putApart(out,
@@ -337,7 +360,8 @@ private:
       if (members.size() < 4 || isDecided(members))
         continue;
       const auto pairs = pairsOf(members);
-      const auto groups = findRivalGroups(members, pairs, evidenceOf(assembly, pairs), input_.options.rival_groups);
+      const auto groups =
+          findRivalGroups(members, pairs, evidenceOf(assembly, members, pairs), input_.options.rival_groups);
       if (!groups)
         continue;
       map_.notes.push_back(
@@ -426,7 +450,7 @@ private:
   adjustPart(Assembly& assembly, const std::vector<int>& members, const std::vector<int>& fixed)
   {
     const auto pairs = pairsOf(members);
-    const std::vector<PlacementEvidence> evidence = evidenceOf(assembly, pairs);
+    const std::vector<PlacementEvidence>& evidence = evidenceOf(assembly, members, pairs);
     std::map<std::pair<int, int>, char> linked;
     for (std::size_t k = 0; k < links_.size(); ++k)
       if (assembly.used[k] >= 0)
@@ -453,7 +477,9 @@ private:
       numbered.emplace_back(number[static_cast<std::size_t>(pairs[k].first)],
                             number[static_cast<std::size_t>(pairs[k].second)]);
     }
-    const AdjustmentConfig& config = input_.options.adjustment;
+    AdjustmentConfig config = input_.options.adjustment;
+    if (input_.is_large)
+      config.damping = config.damping_of_large;
     const EquationsFunction equations = [&](std::size_t k, const Eigen::Isometry3d& T) {
       return equationsAt(scan(taken[k].first), scan(taken[k].second), T, input_.options);
     };
@@ -478,7 +504,14 @@ private:
   int threads_;
   std::vector<std::string> names_;
   std::vector<Eigen::Vector3d> places_;
+  std::vector<SightOfScan> sights_; ///< of a large job
   EvidenceFunction evidence_;
+  struct PartEvidence {
+    std::vector<int> members;
+    std::vector<Eigen::Isometry3d> poses; ///< of the members, that the evidence is of
+    std::vector<PlacementEvidence> evidence;
+  };
+  mutable std::map<int, PartEvidence> known_evidence_; ///< of parts, by their first scan
   std::vector<Eigen::Matrix<double, 6, 6>> covariances_;
   double squares_before_ = 0, squares_ = 0, weight_ = 0;
 };

@@ -20,6 +20,7 @@ struct MapInput {
   const Decisions& decisions;
   const std::vector<int>& pinned;
   const MultiwayOptions& options;
+  bool is_large; ///< scans that are too far from each other to share anything are not looked at
 };
 
 /** \brief Choose, adjust and describe: all after linking.

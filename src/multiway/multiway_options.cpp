@@ -43,6 +43,17 @@ validate(const MultiwayOptions& options)
                 "gravity_tolerance",
                 options.gravity_tolerance,
                 "be positive and at most pi");
+  const CandidateConfig& candidates = options.candidates;
+  requireOption(candidates.alike >= 1, "candidates.alike", static_cast<double>(candidates.alike), "be 1 or more");
+  requireShare("candidates.related", candidates.related);
+  requireShare("candidates.sure", candidates.sure);
+  requireShare("candidates.least_matched", candidates.least_matched);
+  requireShare("candidates.parallel", candidates.parallel);
+  requirePositive("candidates.bin", candidates.bin);
+  requireOption(candidates.reach >= candidates.bin && candidates.reach <= 1e4 * candidates.bin,
+                "candidates.reach",
+                candidates.reach,
+                "be 1 to 10000 times candidates.bin");
   const LinkConfig& link = options.link;
   requireOption(link.hypotheses >= 1 && link.hypotheses <= 10,
                 "link.hypotheses",
@@ -80,6 +91,7 @@ validate(const MultiwayOptions& options)
   requirePositive("adjustment.last_step", adjustment.last_step);
   requireShare("adjustment.least_matched", adjustment.least_matched);
   requirePositive("adjustment.damping", adjustment.damping);
+  requirePositive("adjustment.damping_of_large", adjustment.damping_of_large);
   requirePositive("adjustment.noise_floor", adjustment.noise_floor);
   requirePositive("adjustment.covariance_factor", adjustment.covariance_factor);
 }

@@ -6,6 +6,7 @@
 #include "common/angles.h"
 #include "common/parallel.h"
 #include "common/stage_clock.h"
+#include "multiway/candidate_pairs.h"
 #include "multiway/map_stages.h"
 #include "multiway/project_file.h"
 #include "multiway/scan_pair.h"
@@ -94,8 +95,21 @@ struct MultiwayRegistration::State {
 
   void
   linkHere(const std::vector<PairTask>& tasks, const OnLink& on_link) const;
+  /// It can be registered, and is no copy of another one.
+  bool
+  isLinked(std::size_t scan) const;
+  std::vector<ScanPair>
+  allPairs() const;
+  /// Not all pairs are linked.
+  bool
+  isByCandidates() const;
+  CandidatePairs
+  candidates() const;
   std::vector<PairLink>
   linkAll(const Progress& progress) const;
+
+private:
+  class LinkStage;
 };
 
 void
@@ -111,78 +125,177 @@ MultiwayRegistration::State::linkHere(const std::vector<PairTask>& tasks, const 
       });
 }
 
+/// Links pairs that nobody linked, and finds those that somebody did.
+class MultiwayRegistration::State::LinkStage {
+public:
+  LinkStage(const State& state, const Progress& progress) : state_(state), progress_(progress) {}
+
+  /// Links of pairs, which must be new, are added. \param[in] pairs by source, then target
+  void
+  link(const std::vector<ScanPair>& pairs)
+  {
+    std::vector<std::size_t> missing; // links that are not in the project, each with a task in the same order
+    std::vector<PairTask> tasks;
+    const std::size_t first = links_.size();
+    links_.resize(first + pairs.size());
+    for (std::size_t k = 0; k < pairs.size(); ++k) {
+      PairTask task = taskOf(pairs[k]);
+      std::optional<PairLink> known;
+      if (state_.project)
+        known = state_.project->readLink(task.source_hash, task.target_hash, settingsOf(state_.options, task.guess));
+      if (known) {
+        links_[first + k] = std::move(*known);
+        links_[first + k].source = task.source;
+        links_[first + k].target = task.target;
+        continue;
+      }
+      missing.push_back(first + k);
+      tasks.push_back(std::move(task));
+    }
+    std::mutex mutex;
+    std::size_t done = links_.size() - missing.size();
+    std::vector<bool> is_done(missing.size());
+    report(done);
+    const auto on_link = [&](const PairLink& link) {
+      const std::lock_guard<std::mutex> lock(mutex);
+      const auto pair = std::pair(link.source, link.target);
+      const auto task = std::lower_bound(tasks.begin(), tasks.end(), pair, [](const PairTask& a, const auto& b) {
+        return std::pair(a.source, a.target) < b;
+      });
+      const auto m = static_cast<std::size_t>(task - tasks.begin());
+      if (task == tasks.end() || std::pair(task->source, task->target) != pair || is_done[m])
+        throw std::runtime_error("a linker gave a link of the scans " + std::to_string(link.source) + " and " +
+                                 std::to_string(link.target) + ", which was not asked for");
+      if (state_.project)
+        state_.project->writeLink(link, task->source_hash, task->target_hash, settingsOf(state_.options, task->guess));
+      links_[missing[m]] = link;
+      is_done[m] = true;
+      report(++done);
+    };
+    if (!state_.linker)
+      state_.linkHere(tasks, on_link);
+    else if (!tasks.empty())
+      state_.linker(tasks, on_link);
+    if (done != links_.size())
+      throw std::runtime_error("a linker left out " + std::to_string(links_.size() - done) + " of " +
+                               std::to_string(tasks.size()) + " pairs");
+    if (state_.project)
+      state_.project->flush();
+  }
+  /// By source, then target.
+  std::vector<PairLink>
+  takeLinks()
+  {
+    std::sort(links_.begin(), links_.end(), [](const PairLink& a, const PairLink& b) {
+      return std::pair(a.source, a.target) < std::pair(b.source, b.target);
+    });
+    return std::move(links_);
+  }
+  const std::vector<PairLink>&
+  links() const
+  {
+    return links_;
+  }
+
+private:
+  PairTask
+  taskOf(const ScanPair& pair) const
+  {
+    return {pair.first,
+            pair.second,
+            state_.scans[static_cast<std::size_t>(pair.first)].hash,
+            state_.scans[static_cast<std::size_t>(pair.second)].hash,
+            state_.guess(pair.first, pair.second)};
+  }
+  void
+  report(std::size_t done) const
+  {
+    if (progress_)
+      progress_("link", done, links_.size());
+  }
+
+  const State& state_;
+  const Progress& progress_;
+  std::vector<PairLink> links_;
+};
+
+bool
+MultiwayRegistration::State::isLinked(std::size_t scan) const
+{
+  return scans[scan].usable && original[scan] == static_cast<int>(scan);
+}
+
+std::vector<ScanPair>
+MultiwayRegistration::State::allPairs() const
+{
+  std::vector<ScanPair> pairs;
+  for (std::size_t i = 0; i < scans.size(); ++i)
+    for (std::size_t k = i + 1; k < scans.size(); ++k)
+      if (isLinked(i) && isLinked(k))
+        pairs.emplace_back(static_cast<int>(i), static_cast<int>(k));
+  return pairs;
+}
+
+CandidatePairs
+MultiwayRegistration::State::candidates() const
+{
+  CandidateScans known;
+  known.usable.resize(scans.size(), 0);
+  known.places.resize(scans.size(), Eigen::Vector3d::Zero());
+  known.T_map_scan.resize(scans.size());
+  known.wanted = decisions.accepted;
+  std::vector<double> scales;
+  for (std::size_t i = 0; i < scans.size(); ++i)
+    if (isLinked(i)) {
+      known.usable[i] = 1;
+      known.places[i] = placeOf(prepared[i]);
+      if (priors[i])
+        known.T_map_scan[i] = priors[i]->T_map_scan;
+      scales.push_back(scaleOf(prepared[i]));
+    }
+  // One for all: their lengths are compared.
+  std::nth_element(scales.begin(), scales.begin() + static_cast<std::ptrdiff_t>(scales.size() / 2), scales.end());
+  const double scale = scales[scales.size() / 2];
+  known.signatures.resize(scans.size(), signatureOf({}, scale, options.candidates));
+  const auto threads = static_cast<int>(options.threads);
+  forEachInParallel(static_cast<std::int64_t>(scans.size()), 1, threads, [&](std::int64_t index) {
+    const auto i = static_cast<std::size_t>(index);
+    if (known.usable[i])
+      known.signatures[i] = signatureOf(votesOf(prepared[i]), scale, options.candidates);
+  });
+  const auto overlap = [this](int source, int target, const Eigen::Isometry3d& T_target_source) {
+    const PlacementEvidence evidence = evidenceAt(prepared[static_cast<std::size_t>(source)],
+                                                  prepared[static_cast<std::size_t>(target)],
+                                                  T_target_source,
+                                                  options,
+                                                  options.choice.loose);
+    return evidence.total > 0 ? evidence.matched / evidence.total : 0;
+  };
+  return CandidatePairs(std::move(known), overlap, options.candidates, threads);
+}
+
+bool
+MultiwayRegistration::State::isByCandidates() const
+{
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < scans.size(); ++i)
+    count += isLinked(i) ? 1 : 0;
+  return options.pairs == PairRule::Candidates ||
+         (options.pairs == PairRule::Auto && count > options.candidates.all_up_to);
+}
+
 std::vector<PairLink>
 MultiwayRegistration::State::linkAll(const Progress& progress) const
 {
-  std::vector<PairLink> links;
-  for (std::size_t i = 0; i < scans.size(); ++i)
-    for (std::size_t j = i + 1; j < scans.size(); ++j)
-      if (scans[i].usable && scans[j].usable && original[i] == static_cast<int>(i) &&
-          original[j] == static_cast<int>(j)) {
-        PairLink link;
-        link.source = static_cast<int>(i);
-        link.target = static_cast<int>(j);
-        links.push_back(link);
-      }
-  std::map<std::string, std::map<std::pair<std::uint64_t, std::uint64_t>, PairLink>> stored;
-  std::vector<std::size_t> missing; // links that are not in the project, each with a task in the same order
-  std::vector<PairTask> tasks;
-  for (std::size_t k = 0; k < links.size(); ++k) {
-    const auto [source, target] = std::pair(links[k].source, links[k].target);
-    PairTask task{source,
-                  target,
-                  scans[static_cast<std::size_t>(source)].hash,
-                  scans[static_cast<std::size_t>(target)].hash,
-                  guess(source, target)};
-    if (project) {
-      const std::string settings = settingsOf(options, task.guess);
-      auto found = stored.find(settings);
-      if (found == stored.end())
-        found = stored.emplace(settings, project->readLinks(settings)).first;
-      const auto link = found->second.find({task.source_hash, task.target_hash});
-      if (link != found->second.end()) {
-        links[k] = link->second;
-        links[k].source = source;
-        links[k].target = target;
-        continue;
-      }
-    }
-    missing.push_back(k);
-    tasks.push_back(std::move(task));
+  LinkStage stage(*this, progress);
+  if (!isByCandidates()) {
+    stage.link(allPairs());
+    return stage.takeLinks();
   }
-  std::mutex mutex;
-  std::size_t done = links.size() - missing.size();
-  std::vector<bool> is_done(missing.size());
-  if (progress)
-    progress("link", done, links.size());
-  const auto on_link = [&](const PairLink& link) {
-    const std::lock_guard<std::mutex> lock(mutex);
-    const auto pair = std::pair(link.source, link.target);
-    const auto task = std::lower_bound(tasks.begin(), tasks.end(), pair, [](const PairTask& a, const auto& b) {
-      return std::pair(a.source, a.target) < b;
-    });
-    const auto m = static_cast<std::size_t>(task - tasks.begin());
-    if (task == tasks.end() || std::pair(task->source, task->target) != pair || is_done[m])
-      throw std::runtime_error("a linker gave a link of the scans " + std::to_string(link.source) + " and " +
-                               std::to_string(link.target) + ", which was not asked for");
-    if (project)
-      project->writeLink(link, task->source_hash, task->target_hash, settingsOf(options, task->guess));
-    links[missing[m]] = link;
-    is_done[m] = true;
-    ++done;
-    if (progress)
-      progress("link", done, links.size());
-  };
-  if (!linker)
-    linkHere(tasks, on_link);
-  else if (!tasks.empty())
-    linker(tasks, on_link);
-  if (done != links.size())
-    throw std::runtime_error("a linker left out " + std::to_string(links.size() - done) + " of " +
-                             std::to_string(tasks.size()) + " pairs");
-  if (project)
-    project->flush();
-  return links;
+  CandidatePairs chosen = candidates();
+  for (auto pairs = chosen.next(stage.links()); !pairs.empty(); pairs = chosen.next(stage.links()))
+    stage.link(pairs);
+  return stage.takeLinks();
 }
 
 MultiwayRegistration::MultiwayRegistration(const MultiwayOptions& options) : state_(std::make_unique<State>())
@@ -346,7 +459,7 @@ MultiwayRegistration::run(const Progress& progress)
   map.stages.push_back({"prepare", s.prepare_seconds, s.scans.size(), usable});
   const std::vector<PairLink> links = s.linkAll(progress);
   map.stages.push_back(clock.lap("link", usable, links.size()));
-  const MapInput input = {s.prepared, s.original, s.priors, s.decisions, s.pinned, s.options};
+  const MapInput input = {s.prepared, s.original, s.priors, s.decisions, s.pinned, s.options, s.isByCandidates()};
   makeMap(input, links, map, progress);
   if (s.project) {
     std::vector<std::pair<std::string, std::string>> decisions;

@@ -84,14 +84,6 @@ asInteger(std::uint64_t hash)
   return value;
 }
 
-std::uint64_t
-asHash(std::int64_t value)
-{
-  std::uint64_t hash = 0;
-  std::memcpy(&hash, &value, sizeof(hash));
-  return hash;
-}
-
 } // namespace
 
 ProjectFile::ProjectFile(const std::string& path, bool resume) : path_(path)
@@ -143,45 +135,48 @@ ProjectFile::~ProjectFile()
   sqlite3_close(database_);
 }
 
-std::map<std::pair<std::uint64_t, std::uint64_t>, PairLink>
-ProjectFile::readLinks(const std::string& settings)
+std::optional<PairLink>
+ProjectFile::readLink(std::uint64_t source_hash, std::uint64_t target_hash, const std::string& settings)
 {
-  std::map<std::pair<std::uint64_t, std::uint64_t>, PairLink> links;
-  sqlite3_stmt* rows = prepare("SELECT source_hash, target_hash, status, message, confidence, probability_of_none, "
-                               "seconds FROM pairs WHERE settings = ?");
-  bind(rows, 1, settings);
-  int code = SQLITE_DONE;
-  while ((code = sqlite3_step(rows)) == SQLITE_ROW) {
-    PairLink link;
-    link.status = static_cast<Status>(sqlite3_column_int(rows, 2));
-    link.message = text(rows, 3);
-    link.confidence = sqlite3_column_double(rows, 4);
-    link.probability_of_none = sqlite3_column_double(rows, 5);
-    link.seconds = sqlite3_column_double(rows, 6);
-    links[{asHash(sqlite3_column_int64(rows, 0)), asHash(sqlite3_column_int64(rows, 1))}] = link;
+  sqlite3_stmt* row = prepare("SELECT status, message, confidence, probability_of_none, seconds FROM pairs "
+                              "WHERE source_hash = ? AND target_hash = ? AND settings = ?");
+  sqlite3_bind_int64(row, 1, asInteger(source_hash));
+  sqlite3_bind_int64(row, 2, asInteger(target_hash));
+  bind(row, 3, settings);
+  int code = sqlite3_step(row);
+  std::optional<PairLink> link;
+  if (code == SQLITE_ROW) {
+    link.emplace();
+    link->status = static_cast<Status>(sqlite3_column_int(row, 0));
+    link->message = text(row, 1);
+    link->confidence = sqlite3_column_double(row, 2);
+    link->probability_of_none = sqlite3_column_double(row, 3);
+    link->seconds = sqlite3_column_double(row, 4);
+    code = SQLITE_DONE;
   }
+  sqlite3_reset(row);
   if (code != SQLITE_DONE)
     fail();
+  if (!link)
+    return link;
   sqlite3_stmt* poses =
-      prepare("SELECT source_hash, target_hash, probability, score, overlap, contradiction, rmse, T_target_source, "
-              "information FROM hypotheses ORDER BY source_hash, target_hash, rank");
+      prepare("SELECT probability, score, overlap, contradiction, rmse, T_target_source, information FROM hypotheses "
+              "WHERE source_hash = ? AND target_hash = ? ORDER BY rank");
+  sqlite3_bind_int64(poses, 1, asInteger(source_hash));
+  sqlite3_bind_int64(poses, 2, asInteger(target_hash));
   while ((code = sqlite3_step(poses)) == SQLITE_ROW) {
-    const auto link = links.find({asHash(sqlite3_column_int64(poses, 0)), asHash(sqlite3_column_int64(poses, 1))});
-    if (link == links.end())
-      continue;
     PairHypothesis h;
-    h.probability = sqlite3_column_double(poses, 2);
-    h.score = sqlite3_column_double(poses, 3);
-    h.overlap = sqlite3_column_double(poses, 4);
-    h.contradiction = sqlite3_column_double(poses, 5);
-    h.rmse = sqlite3_column_double(poses, 6);
-    if (!read(poses, 7, h.T_target_source.matrix()) || !read(poses, 8, h.information))
+    int column = 0;
+    for (double* value : {&h.probability, &h.score, &h.overlap, &h.contradiction, &h.rmse})
+      *value = sqlite3_column_double(poses, column++);
+    if (!read(poses, 5, h.T_target_source.matrix()) || !read(poses, 6, h.information))
       throw std::runtime_error(path_ + ": a pose in the table hypotheses has another size");
-    link->second.hypotheses.push_back(h);
+    link->hypotheses.push_back(h);
   }
+  sqlite3_reset(poses);
   if (code != SQLITE_DONE)
     fail();
-  return links;
+  return link;
 }
 
 void

@@ -6,7 +6,7 @@
 #include <pcl_ssfr/multiway/multiway_map.h>
 
 #include <cstdint>
-#include <map>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -31,9 +31,9 @@ public:
   ProjectFile&
   operator=(const ProjectFile&) = delete;
 
-  /// The stored links of these settings, by the hashes of source and target.
-  std::map<std::pair<std::uint64_t, std::uint64_t>, PairLink>
-  readLinks(const std::string& settings);
+  /// The stored link of a source and a target; none: it was not found yet, or with other settings.
+  std::optional<PairLink>
+  readLink(std::uint64_t source_hash, std::uint64_t target_hash, const std::string& settings);
 
   /// Store a link; one transaction for all that come within half a second.
   void

@@ -15,6 +15,7 @@
 #include <chrono>
 #include <cmath>
 #include <variant>
+#include <vector>
 
 namespace pcl_ssfr {
 
@@ -22,8 +23,9 @@ namespace {
 
 using Matrix6 = SurfaceEquations::Matrix6;
 
-constexpr double kSurvey = 0.006;   // [m] Autodesk ReCap counts the points below
-constexpr float kFreeRatio = 0.02f; // of the range: what a loose test adds to the margin of free space
+constexpr double kSurvey = 0.006;     // [m] Autodesk ReCap counts the points below
+constexpr double kWithinReach = 0.99; // two scans farther apart share a hundredth of either: less than an overlap
+constexpr float kFreeRatio = 0.02f;   // of the range: what a loose test adds to the margin of free space
 
 const PatchScan&
 patchesOf(const PreparedScan& scan)
@@ -123,6 +125,18 @@ placeOf(const PreparedScan& scan)
   return s.origin + s.viewpoint;
 }
 
+const VotingSamples&
+votesOf(const PreparedScan& scan)
+{
+  return patchesOf(scan).votes;
+}
+
+double
+scaleOf(const PreparedScan& scan)
+{
+  return patchesOf(scan).scale;
+}
+
 PairLink
 linkScans(const PreparedScan& source,
           const PreparedScan& target,
@@ -164,6 +178,25 @@ linkScans(const PreparedScan& source,
   link.probability_of_none = std::max(0.0, link.probability_of_none);
   link.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return link;
+}
+
+SightOfScan
+sightOf(const PreparedScan& scan)
+{
+  const PatchScan& s = patchesOf(scan);
+  const OrientedSamples& samples = s.patches.samples;
+  SightOfScan sight;
+  std::vector<double> ranges;
+  for (Eigen::Index i = 0; i < samples.size(); ++i) {
+    sight.total += std::sqrt(std::sqrt(samples.weights[i]));
+    ranges.push_back((samples.points.col(i) - s.viewpoint).norm());
+  }
+  if (ranges.empty())
+    return sight;
+  const auto last = ranges.begin() + static_cast<std::ptrdiff_t>(kWithinReach * static_cast<double>(ranges.size()));
+  std::nth_element(ranges.begin(), last, ranges.end());
+  sight.reach = *last;
+  return sight;
 }
 
 PlacementEvidence

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "refinement/plane_equations.h"
+#include "search/pose_search.h"
 
 #include <pcl_ssfr/multiway/multiway_map.h>
 #include <pcl_ssfr/multiway/multiway_options.h>
@@ -28,6 +29,12 @@ bytesOf(const PreparedScan& scan);
 /// The place of its sensor, or the middle of its points where that is not known, in its own frame [m].
 Eigen::Vector3d
 placeOf(const PreparedScan& scan);
+
+/// Places that stand for all of a scan, in one frame; and the scale of its scene, which multiplies every length.
+const VotingSamples&
+votesOf(const PreparedScan& scan);
+double
+scaleOf(const PreparedScan& scan);
 
 /** \brief Register two scans and keep several poses, each with its information. Same scans, same bits.
  * \param[in] options threads are not read: it runs in this thread
@@ -62,6 +69,15 @@ struct PlacementEvidence {
     return *this;
   }
 };
+
+/// What may be said of two scans without a look at them.
+struct SightOfScan {
+  double reach = 0; ///< from its sensor, within which all but a hundredth of its patches lie [m]
+  double total = 0; ///< its part of PlacementEvidence::total of any pair
+};
+
+SightOfScan
+sightOf(const PreparedScan& scan);
 
 /// \param[in] looseness factor on matching distances and margins, >= 1: 1 where poses are exact
 PlacementEvidence

@@ -8,6 +8,7 @@
 
 #include <Eigen/Core>
 
+#include <cstddef>
 #include <optional>
 
 namespace pcl_ssfr {
@@ -18,6 +19,30 @@ struct LinkConfig {
   double least_probability = 0.02; ///< of a kept pose, (0, 1): below, a building has no use for it
   /// Share of pairs that show one place in what the posterior of a pair was fitted to, (0, 1).
   double fitted_share = 0.7;
+};
+
+/// Which pairs of scans are linked.
+enum class PairRule {
+  Auto,      ///< all up to CandidateConfig::all_up_to scans, candidates above
+  All,       ///< all
+  Candidates ///< those that are likely to share a place, their number in proportion to that of the scans
+};
+
+/// How pairs are chosen that are likely to share a place. Lengths are for scenes of scale 1.
+struct CandidateConfig {
+  std::size_t all_up_to = 150;   ///< scans: their 11,175 pairs take 12 to 20 minutes of a processor
+  std::size_t alike = 6;         ///< partners of each scan by likeness: some four of them share a place with it
+  std::size_t most = 30;         ///< partners of a scan that links lead to: in dense jobs more of them add no accuracy
+  std::size_t near = 8;          ///< partners of each scan that are looked at as their sensors are nearest
+  std::size_t apart = 12;        ///< partners by likeness of each part in the others where parts stay apart, ...
+  std::size_t apart_of_scan = 2; ///< ... or so many of each of its scans, if these are more ...
+  std::size_t apart_rounds = 3;  ///< ... so many times, as long as parts come together
+  double related = 0.5;          ///< probability of a link from which on it leads to others: rather right than wrong
+  double sure = 0.95;            ///< ... and from which on its scans are no longer apart: as ChoiceConfig::lone
+  double least_matched = 0.04;   ///< share of the surface (by patches) that would meet: twice that of the adjustment
+  double bin = 0.1;              ///< [m] of the distances between parallel planes that make scans alike
+  double reach = 12;             ///< [m] the longest of them: across a large room
+  double parallel = 0.97;        ///< cosine between the normals of parallel planes: 14 degrees
 };
 
 /// How the poses are chosen that make one consistent map. Lengths are for scenes of scale 1.
@@ -80,7 +105,10 @@ struct AdjustmentConfig {
   double last_step = 2e-5;     ///< [m], [rad] it stops when every scan moves less
   double least_matched = 0.02; ///< share of the patches of a pair that meet, from which on the pair takes part
   double damping = 1e-4;       ///< of the diagonal: what nothing determines stays where the pose graph puts it
-  double noise_floor = 0.001;  ///< [m] no patch is better known
+  /// The same in a job by candidates: a row of n scans bends against some 1 / n^4 of the diagonal, and a damping above
+  /// that keeps it bent and calls it exact.
+  double damping_of_large = 1e-7;
+  double noise_floor = 0.001; ///< [m] no patch is better known
   /// Factor on the covariance, for what all patches of a scan have in common and no scatter shows.
   double covariance_factor = 1;
 };
@@ -91,6 +119,8 @@ struct MultiwayOptions {
   unsigned threads = 0;                   ///< 0: all processors; the map never depends on it
   std::optional<Eigen::Vector3d> gravity; ///< up in the frame of every scan, any length > 0
   double gravity_tolerance = 0.0873;      ///< of it [rad], (0, pi]
+  PairRule pairs = PairRule::Auto;        ///< which pairs are linked ...
+  CandidateConfig candidates;             ///< ... and how those are found that are worth it
   LinkConfig link;                        ///< which hypotheses of a pair are kept
   ChoiceConfig choice;                    ///< which of them make the map
   AliasConfig alias;                      ///< what looks alike and is not the same: storeys ...
