@@ -207,7 +207,7 @@ struct JudgementConfig {
   PriorConfig prior;             ///< what is known beforehand
   UncertaintyConfig uncertainty; ///< how well a pose is known
   /// Where both sensors' places are known or found.
-  PosteriorConfig posterior = {1.34, 5.73, 1.49, 1.58, 0.7, 1.8};
+  PosteriorConfig posterior = {1.34, 5.73, 1.49, 1.58, 0.9, 2.2};
   /// The same where a viewpoint is not known: nothing can contradict. Its spread is half of the other, not fitted: from
   /// 0 to 2.5 the answers of 45 merged and moved clouds of a car park and a facade change by one.
   PosteriorConfig posterior_blind = {0.40, 0, 1.08, 0.99, 0.38, 1.0};
