@@ -8,7 +8,7 @@
 
 namespace pcl_ssfr {
 
-/// Points or directions, one a column, 3 x N. Points are in metres [m].
+/// Points or directions, one per column, 3 x N. Points are in metres [m].
 using Points3 = Eigen::Matrix3Xd;
 
 /// A vector that comes from outside is accepted as a unit vector when its norm is this near to 1.
