@@ -133,7 +133,7 @@ straighten(const PicturePoints& thinned)
     rotated.push_back(R.cast<float>() * point);
   if (trimmedRange(coordinates(rotated, 1)).size() > 1.1 * trimmedRange(coordinates(rotated, 0)).size())
     R = Eigen::AngleAxisd(-M_PI / 2, Eigen::Vector3d::UnitZ()).toRotationMatrix() * R;
-  return turn;
+  return R;
 }
 
 /// Heights that the top view shows: from just above the floor to just under the ceiling, where there are such.
