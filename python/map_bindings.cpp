@@ -37,7 +37,7 @@ struct MapInput {
   Eigen::Vector3d offset = Eigen::Vector3d::Zero();
 };
 
-/// What decides about a map beside the scans.
+/// All that a map depends on besides the scans.
 struct MapDecisions {
   std::string project; ///< empty: none
   bool resume = false;

@@ -299,7 +299,7 @@ TEST_F(Program, allScansOfAnE57File)
   for (std::size_t i = 1; i < same.size(); ++i)
     EXPECT_TRUE(std::equal(same[i].begin() + 1, same[i].end(), poses[i].begin() + 1)) << i;
 
-  // In a folder beside other files; scans by name, by number and by what is behind the stroke.
+  // In a folder with other files; scans by name, by number and by what is behind the stroke.
   std::filesystem::copy(scans() + "/a, b.pcd", out("in"));
   const Outcome mended = run("'" + out("in") + "' --out '" + out("more") +
                              "' --reject '\"Lobby, 1.2\",house.e57#2' --reject 'house.e57#1,3' "

@@ -76,6 +76,21 @@ TEST(NeighborIndex, RadiusIncludesAndNearestExcludesItsBound)
   EXPECT_EQ(index.nearest(Eigen::Vector3d(-0.5, 0, 0), 0.5001).index, 0);
 }
 
+TEST(NeighborIndex, RadiusIsExactWhereFloatIsNot)
+{
+  for (const double offset : {0.0, 500.0, 100000.0}) { // there float has steps of 0, 0.03 and 8 mm
+    const Points3 points = randomPoints(400, 2, 6).array() + offset, queries = randomPoints(50, 2, 7).array() + offset;
+    const NeighborIndex index(points);
+    for (Eigen::Index q = 0; q < queries.cols(); ++q) {
+      const std::vector<double> expected = sortedSquaredDistances(points, queries.col(q));
+      for (const std::size_t k : {3U, 50U}) {
+        const double radius = std::sqrt(expected[k]) * (1 + 1e-12);
+        EXPECT_EQ(index.radius(queries.col(q), radius).size(), k + 1) << offset;
+      }
+    }
+  }
+}
+
 TEST(NeighborIndex, AnswersNothingWhereThereIsNothing)
 {
   const NeighborIndex unset, empty{Points3(3, 0)};

@@ -451,7 +451,7 @@ TEST(ScanSimulation, FarApartSurfacesDoNotMix)
     ASSERT_TRUE(std::abs(x - 5) < 0.02 || std::abs(x - 9) < 0.02);
     beyond += x < 6 && beam.azimuth < 0 ? 1 : 0;
   }
-  EXPECT_GT(beyond, 100U); // the plate also shows beside its edge: the stronger one rules
+  EXPECT_GT(beyond, 100U); // the plate is also returned by beams just off its edge: the stronger return counts
 }
 
 TEST(ScanSimulation, FlatSurfacesNeverMix)

@@ -81,7 +81,7 @@ TEST(IsRoundAbout, ARoundWallButNoBox)
     hall.push_back(axis);
     weights.push_back(100);
     EXPECT_TRUE(isRoundAbout(samplesFacing(hall, weights), axis));
-    // Walls of a box beside things at all angles: the walls decide while they are most of it.
+    // Walls of a box, and things at all angles: the walls decide while they are most of it.
     std::vector<Vector3d> box = around(axis, 72);
     std::vector<double> of_box(box.size(), 1);
     for (const Vector3d& wall : around(axis, 4)) {

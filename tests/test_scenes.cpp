@@ -728,9 +728,9 @@ TEST(SurfacesAt, NamesTheSettingThatIsWrong)
 TEST(Footprint, MeetsAndKeepsDistanceAsByHand)
 {
   const Footprint square{{0, 0}, {1, 1}, 0, 0, 1};
-  const Footprint turned{{2.3, 0}, {1, 1}, kPi / 4, 0, 1}; // its corner is at x = 0.886
-  EXPECT_TRUE(meet(square, turned));
-  EXPECT_TRUE(meet(turned, square));
+  const Footprint rotated{{2.3, 0}, {1, 1}, kPi / 4, 0, 1}; // its corner is at x = 0.886
+  EXPECT_TRUE(meet(square, rotated));
+  EXPECT_TRUE(meet(rotated, square));
   EXPECT_FALSE(meet(square, {{2.5, 0}, {1, 1}, kPi / 4, 0, 1}));
   EXPECT_FALSE(meet(square, {{0, 0}, {1, 1}, 0, 1.5, 2})); // above
   EXPECT_NEAR(distance(square, {3, 0}, {3, 0}), 2, 1e-12);
@@ -738,7 +738,7 @@ TEST(Footprint, MeetsAndKeepsDistanceAsByHand)
   EXPECT_EQ(distance(square, {-5, 0.5}, {5, 0.5}), 0);
   EXPECT_NEAR(distance(square, {3, -1}, {-1, 3}), 0, 1e-12);
   EXPECT_NEAR(distance(square, {4, -1}, {-1, 4}), 1 / std::sqrt(2), 1e-12); // a corner is nearest
-  EXPECT_NEAR(distance(turned, {2.3, 3}, {2.3, 3}), 3 - std::sqrt(2), 1e-12);
+  EXPECT_NEAR(distance(rotated, {2.3, 3}, {2.3, 3}), 3 - std::sqrt(2), 1e-12);
   // Against the nearest of many points.
   RandomStream random(3);
   for (int i = 0; i < 50; ++i) {

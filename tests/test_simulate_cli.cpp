@@ -512,19 +512,19 @@ TEST_F(Program, randomRotationTurnsTheFramesAndKeepsTheScene)
 {
   const std::string arguments = "--quiet --scene basic_model --sensor velodyne_vlp16 --points 3000 --scans 2 --out ";
   ASSERT_EQ(run(arguments + folder_.file("plain")).code, 0);
-  ASSERT_EQ(run(arguments + folder_.file("turned") + " --random-rotation").code, 0);
+  ASSERT_EQ(run(arguments + folder_.file("rotated") + " --random-rotation").code, 0);
   const auto plain = io::readDatasetFolder(folder_.file("plain"));
-  const auto turned = io::readDatasetFolder(folder_.file("turned"));
+  const auto rotated = io::readDatasetFolder(folder_.file("rotated"));
   const auto load = [&](const char* set, const std::string& scan) {
     return io::loadCloud(io::scanPath(folder_.file(set), scan));
   };
   const auto a = load("plain", plain.pairs[0].source);
-  const auto b = load("turned", turned.pairs[0].source);
+  const auto b = load("rotated", rotated.pairs[0].source);
   ASSERT_EQ(a.points->size(), b.points->size());
-  EXPECT_GT(Eigen::AngleAxisd(turned.pairs[0].T_target_source.linear()).angle(), 0.5);
+  EXPECT_GT(Eigen::AngleAxisd(rotated.pairs[0].T_target_source.linear()).angle(), 0.5);
   // Both truths bring a point of the source to the same place of the scene: the same distances to every target point.
   const auto ta = load("plain", plain.pairs[0].target);
-  const auto tb = load("turned", turned.pairs[0].target);
+  const auto tb = load("rotated", rotated.pairs[0].target);
   ASSERT_EQ(ta.points->size(), tb.points->size());
   const auto at = [](const io::LoadedCloud& cloud, std::size_t i) -> Eigen::Vector3d {
     return (*cloud.points)[i].getVector3fMap().cast<double>();
@@ -532,7 +532,7 @@ TEST_F(Program, randomRotationTurnsTheFramesAndKeepsTheScene)
   for (std::size_t i = 0; i < std::min(a.points->size(), ta.points->size()); i += 37) {
     EXPECT_NEAR(at(a, i).norm(), at(b, i).norm(), 1e-4);
     EXPECT_NEAR((plain.pairs[0].T_target_source * at(a, i) - at(ta, i)).norm(),
-                (turned.pairs[0].T_target_source * at(b, i) - at(tb, i)).norm(),
+                (rotated.pairs[0].T_target_source * at(b, i) - at(tb, i)).norm(),
                 1e-4);
   }
 }

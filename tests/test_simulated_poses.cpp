@@ -162,7 +162,7 @@ TEST_P(SimulatedPoses, areFoundInThePoints)
   EXPECT_LT(poseError(from_truth.T_target_source, truth).rotation, kAllowed);
   EXPECT_LT(poseError(from_truth.T_target_source, truth).translation, kAllowed);
 
-  // From millimetres beside it the same: the points hold the ICP there, not the start.
+  // From a few millimetres away the same: the points hold the ICP there, not the start.
   const Eigen::Isometry3d nearby = truth * Eigen::Translation3d(1e-3, -1.5e-3, 1e-3) *
                                    Eigen::AngleAxisd(5e-4, Eigen::Vector3d(1, -2, 3).normalized());
   const IcpResult from_nearby = icp(source, target, nearby);

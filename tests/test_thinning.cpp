@@ -164,7 +164,7 @@ TEST(ThinScan, SameBitsForAnyNumberOfThreads)
 
 TEST(ThinScan, SumsInTheOrderOfTheScan)
 {
-  // Sums of these depend on the order: double has no place for the small ones beside the large.
+  // Sums of these depend on the order: double cannot hold the small ones next to the large ones.
   Eigen::Matrix3Xf points(3, 7);
   points.row(0) << 1e8f, 0.3f, -1e8f, 0.7f, 3e7f, -3e7f, 0.1f;
   points.row(1) = points.row(0).reverse() * 1e8f;

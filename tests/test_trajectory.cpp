@@ -176,14 +176,14 @@ TEST_F(Trajectory, RandomRotationTurnsEveryScanByItself)
   options.scans = 300;
   const auto plain = make(options);
   options.random_rotation = true;
-  const auto turned = make(options);
+  const auto rotated = make(options);
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   for (std::size_t i = 0; i < plain.size(); ++i) {
-    EXPECT_EQ(plain[i].translation(), turned[i].translation());
-    EXPECT_NEAR(turned[i].linear().determinant(), 1, 1e-12);
-    mean += turned[i].linear().col(2) / static_cast<double>(plain.size());
+    EXPECT_EQ(plain[i].translation(), rotated[i].translation());
+    EXPECT_NEAR(rotated[i].linear().determinant(), 1, 1e-12);
+    mean += rotated[i].linear().col(2) / static_cast<double>(plain.size());
     if (i > 0) {
-      EXPECT_GT((turned[i].linear() - turned[i - 1].linear()).norm(), 1e-3);
+      EXPECT_GT((rotated[i].linear() - rotated[i - 1].linear()).norm(), 1e-3);
     }
   }
   EXPECT_LT(mean.norm(), 0.2); // no direction is preferred

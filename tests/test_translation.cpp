@@ -126,6 +126,23 @@ TEST(ChooseAxes, CrossProductFallsBackAndPrefersTheBestMatch)
   EXPECT_TRUE(axes->third_is_main_normal);
 }
 
+TEST(ChooseAxes, CrossProductTakesNoNormalInThePlaneOfTheOthers)
+{
+  TranslationOptions options;
+  options.third_axis = TranslationOptions::ThirdAxis::CrossProduct;
+  options.cross_angle = 3.14; // [rad] forbids nothing
+  const std::vector<MainNormal> flat = makeNormals({{1, 0, 0}, {0, 1, 0}, {1, 1, 1e-9}});
+  std::optional<TranslationAxes> axes = chooseAxes(identityOn(0, 1), flat, flat, options);
+  ASSERT_TRUE(axes.has_value());
+  EXPECT_LT((axes->axes.col(2) - Eigen::Vector3d::UnitZ()).norm(), 1e-12);
+  EXPECT_FALSE(axes->third_is_main_normal);
+
+  const std::vector<MainNormal> oblique = makeNormals({{1, 0, 0}, {0, 1, 0}, {1, 1, 0.1}});
+  axes = chooseAxes(identityOn(0, 1), oblique, oblique, options);
+  ASSERT_TRUE(axes.has_value());
+  EXPECT_EQ(axes->axes.col(2), oblique[2].direction);
+}
+
 TEST(Translation, FoundToABinInARoom)
 {
   const OrientedSamples source = makeRoom(1), other = makeRoom(2);

@@ -488,7 +488,7 @@ TEST(ViewModel, shiftsOfAPoseAreItsTranslationAlongTheAxes)
     EXPECT_NEAR(axis.shift, axis.axis.dot(T.translation()), 1e-9);
     ASSERT_TRUE(axis.true_shift);
     EXPECT_NEAR(axis.shift, *axis.true_shift, 0.05);
-    // The pose is right: nowhere along an axis does more surface meet its like than where it is.
+    // The pose is right: along no axis does another shift make more surface meet its counterpart.
     const auto best = std::max_element(axis.scores.begin(), axis.scores.end(), [](const auto& a, const auto& b) {
       return a.matched - 12 * a.contradicted < b.matched - 12 * b.contradicted;
     });

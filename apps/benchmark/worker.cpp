@@ -451,7 +451,7 @@ askMethod(const std::string& method,
                   {"rmse", settings.rmse}};
   const ChildOutcome outcome = askWorker(json, settings.timeout, settings.cpu_timeout, settings.threads, stop);
   const Json reply = lastObject(outcome.output, "done");
-  // Once the answer is there, only what is measured beside it can still go wrong.
+  // Once the answer is there, only the measurements that follow can still go wrong.
   if (!reply.is_object() || outcome.end == ChildOutcome::End::Stopped)
     return brokenAnswer(outcome, settings);
   MethodAnswer answer;

@@ -127,13 +127,13 @@ straighten(const PicturePoints& thinned)
       best_angle = angle;
     }
   }
-  Eigen::Matrix3d turn = Eigen::AngleAxisd(best_angle, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-  PicturePoints turned;
+  Eigen::Matrix3d R = Eigen::AngleAxisd(best_angle, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  PicturePoints rotated;
   for (const Eigen::Vector3f& point : thinned)
-    turned.push_back(turn.cast<float>() * point);
-  if (trimmedRange(coordinates(turned, 1)).size() > 1.1 * trimmedRange(coordinates(turned, 0)).size())
-    turn = Eigen::AngleAxisd(-M_PI / 2, Eigen::Vector3d::UnitZ()).toRotationMatrix() * turn;
-  return turn;
+    rotated.push_back(R.cast<float>() * point);
+  if (trimmedRange(coordinates(rotated, 1)).size() > 1.1 * trimmedRange(coordinates(rotated, 0)).size())
+    R = Eigen::AngleAxisd(-M_PI / 2, Eigen::Vector3d::UnitZ()).toRotationMatrix() * R;
+  return R;
 }
 
 /// Heights that the top view shows: from just above the floor to just under the ceiling, where there are such.

@@ -180,10 +180,10 @@ readDescription(const std::string& path, DatasetFolder& dataset)
 std::string
 scanPath(const std::string& folder, const std::string& scan)
 {
-  const fs::path beside = fs::path(folder) / scan;
+  const fs::path in_folder = fs::path(folder) / scan;
   std::error_code error;
-  return fs::exists(fileOfScan(beside.string()), error) ? beside.string()
-                                                        : (fs::path(folder) / "scans" / scan).string();
+  return fs::exists(fileOfScan(in_folder.string()), error) ? in_folder.string()
+                                                           : (fs::path(folder) / "scans" / scan).string();
 }
 
 DatasetFolder

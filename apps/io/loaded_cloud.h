@@ -103,7 +103,7 @@ writableFormats();
 bool
 isWritableFormat(const std::string& path);
 
-/** \brief Write \p cloud moved by a rigid motion, with all its fields; normals are turned along.
+/** \brief Write \p cloud moved by a rigid motion, with all its fields; normals are rotated with it.
  *
  * E57 keeps points in the frame of the sensor and the motion as the pose of the scan (e57_writer.h). Else coordinates
  * are written as FLOAT64 when the file had them so or when the moved ones are large, else as FLOAT32.

@@ -75,7 +75,7 @@ areColours(const std::vector<double>& values, std::size_t columns, std::size_t c
   return true;
 }
 
-/// What the columns of a file without names are, told by their number and values.
+/// What the columns of a file without names hold, inferred from their number and values.
 std::vector<std::string>
 guessNames(const std::vector<double>& values, std::size_t columns)
 {

@@ -15,7 +15,7 @@ namespace io {
 /** \brief Read a table of numbers as text: XYZ, TXT, ASC, PTS, and the CSV files of ASL/ETH.
  *
  * Columns are separated by blanks, commas or semicolons. A line of names (x, y, z, ..., in any order, also as a
- * comment) tells what they are; without one the first three are x, y, z [m] and the others are told by their values:
+ * comment) says what they are; without one the first three are x, y, z [m], and the values of the others decide:
  * one left over is the intensity, three of unit length a normal, three integers of 0..255 a colour. A first line with
  * one number is the number of points (PTS), which must then be right. \throw IoError
  */

@@ -24,7 +24,7 @@ struct ScanError {
   bool wrong = false;       ///< placed, and not where it belongs
 };
 
-/// The map beside the truth.
+/// How far the map is from the true poses.
 struct MapErrors {
   std::vector<std::optional<ScanError>> scans; ///< none: not placed, or not in the truth
   std::size_t placed = 0;                      ///< scans with an error

@@ -236,7 +236,7 @@ withPoints(const DatasetPlan& plan,
   return best;
 }
 
-/// Turn a scan into a frame that is turned by \p R against the sensor's: p' = R^T p.
+/// Express a scan in a frame that is rotated by \p R against the sensor's: p' = R^T p.
 void
 turnInto(const Eigen::Matrix3d& R, std::vector<Eigen::Vector3f>& points)
 {

@@ -15,7 +15,7 @@
 
 namespace pcl_ssfr::simulation {
 
-/// A pose given by hand: so far along the scene's path, turned about an axis tilted from the vertical.
+/// A pose given by hand: so far along the scene's path, rotated about an axis tilted from the vertical.
 struct PathMotion {
   double distance = 0; ///< from the start of the path [m]
   double turn = 0;     ///< about the tilted axis [rad]
@@ -46,8 +46,8 @@ struct DatasetPlan {
   bool at_stations = false;        ///< one scan at each station of the scene, whatever the trajectory says
   TrajectoryOptions trajectory;    ///< its seed and its random rotation are not used
   double turn_limit = 0;           ///< largest change of heading between scans, whatever the path does; 0: none [rad]
-  std::vector<PathMotion> motions; ///< one a scan, instead of the trajectory when there are any
-  bool random_rotation = false;    ///< every scan in a randomly turned frame of its own; it sees the same
+  std::vector<PathMotion> motions; ///< one per scan, instead of the trajectory when there are any
+  bool random_rotation = false;    ///< every scan in a randomly rotated frame of its own; it sees the same
   MovableOptions movables;         ///< what changes between scans
   bool noise = true;               ///< false: exact ranges
   double velocity = 0;             ///< forward, during the scan [m/s]

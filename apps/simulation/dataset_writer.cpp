@@ -185,12 +185,12 @@ makeSibling(const fs::path& path, const std::string& suffix)
     if (fs::create_directory(sibling))
       return sibling;
   }
-  throw IoError(path.string() + ": no name beside it is free");
+  throw IoError(path.string() + ": no free name for a temporary folder next to it");
 }
 
 // ---------------------------------------------------------------------------------------------------------------------
 
-/** \brief Runs a clean-up when the process is told to stop, then lets it stop.
+/** \brief Runs a clean-up when the process is asked to stop, then lets it stop.
  *
  * The signals are blocked in the thread that makes the object and in all that it starts; a thread waits for them.
  * Signals that are ignored already (nohup, background jobs) stay ignored.

@@ -22,8 +22,8 @@ struct DatasetPair {
 
 /** \brief Writes a dataset folder completely or not at all.
  *
- * Everything goes into "FOLDER.partial-..." beside it; commit() flushes it to the disk and renames it. A writer that
- * is destroyed before, or a process that is told to stop (SIGINT, SIGTERM, SIGHUP), leaves nothing behind. While a
+ * Everything goes into "FOLDER.partial-..." next to it; commit() flushes it to the disk and renames it. A writer that
+ * is destroyed before, or a process that is asked to stop (SIGINT, SIGTERM, SIGHUP), leaves nothing behind. While a
  * writer lives these signals are waited for by a thread of its own: make it before other threads are started.
  * Every function throws io::IoError naming the file (as it would be called in the end) and what is wrong.
  */

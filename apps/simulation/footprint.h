@@ -9,7 +9,7 @@
 
 namespace pcl_ssfr::simulation {
 
-/// The ground a thing covers: a turned rectangle, and the heights it takes up.
+/// The ground a thing covers: a rotated rectangle, and the heights it takes up.
 struct Footprint {
   Eigen::Vector2d centre = Eigen::Vector2d::Zero(); ///< [m]
   Eigen::Vector2d half = Eigen::Vector2d::Zero();   ///< half extents along its own axes [m]
@@ -18,10 +18,10 @@ struct Footprint {
   double high = 0;                                  ///< [m]
 };
 
-/// Of a part that stands on \p foot, turned by \p yaw.
+/// Of a part that stands on \p foot, rotated by \p yaw.
 Footprint
 footprintOf(const SurfaceModel& part, const Eigen::Vector3d& foot, double yaw);
-/// How far a part reaches from its origin on level ground, whichever way it is turned [m].
+/// How far a part reaches from its origin on level ground, whatever its yaw [m].
 double
 reachOf(const SurfaceModel& part);
 /// Whether two things are in each other's way.

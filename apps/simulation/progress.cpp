@@ -18,7 +18,7 @@ namespace {
 constexpr std::chrono::milliseconds kBarInterval(100);
 constexpr std::chrono::seconds kLineInterval(5);
 constexpr std::size_t kFields = 30;
-constexpr double kLeastElapsed = 1; // before the time that is left is told [s]
+constexpr double kLeastElapsed = 1; // before the time that is left is estimated [s]
 
 } // namespace
 

@@ -37,7 +37,7 @@ private:
   std::size_t width_ = 0; ///< of the bar on the screen
 };
 
-/// The bar: scans done, share, and the time that is left when it can be told [s].
+/// The bar: scans done, share, and the time that is left when it can be estimated [s].
 std::string
 formatProgress(std::size_t item, std::size_t items, double share, double elapsed);
 

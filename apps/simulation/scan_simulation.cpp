@@ -21,7 +21,7 @@ constexpr std::size_t kChunksAtOnce = 64; // chunks between two reports of progr
 constexpr double kRigidTolerance = 1e-6;  // of the entries of a rotation
 constexpr double kSmallAngle = 1e-8;      // [rad]; below, a rotation is one of first order
 constexpr double kLeastSignal = 0.8;      // share of the needed signal below which nothing comes back
-constexpr double kMixedSigmas = 3;        // a surface beside the beam's counts as another one from so many sigma on,
+constexpr double kMixedSigmas = 3;        // a neighbouring surface counts as another one from so many sigma on,
 constexpr double kMixedDistance = 1e-3;   // and from this distance on [m]
 constexpr double kTwoPi = 6.283185307179586;
 
@@ -217,17 +217,17 @@ private:
       // Where this ray would meet the plane of the first surface.
       const double cosine = hit.normal.dot(along);
       const double expected = cosine < 0 ? hit.normal.dot(origin + hit.distance * direction - from) / cosine : -1.0;
-      const auto beside = scene_.cast(from, along, model_.max_range);
-      if (beside && expected > 0 && std::abs(beside->distance - expected) <= step)
+      const auto neighbor = scene_.cast(from, along, model_.max_range);
+      if (neighbor && expected > 0 && std::abs(neighbor->distance - expected) <= step)
         continue;
       ++others;
-      if (beside && beside->distance >= model_.min_range && (!second || beside->distance < second->range))
-        second = lit(*beside, along);
+      if (neighbor && neighbor->distance >= model_.min_range && (!second || neighbor->distance < second->range))
+        second = lit(*neighbor, along);
     }
     if (others == 0)
       return strength(first);
 
-    // An edge covers less than half of the beam when the middle of the beam is beside it.
+    // An edge covers less than half of the beam when the middle of the beam misses it.
     const double share = random.uniform(0, others == 1 ? 0.5 : 1.0);
     const double of_first = (1 - share) * strength(first);
     if (!second)

@@ -78,7 +78,7 @@ makeBasicModel(std::uint64_t seed)
       b.model(), {width - wing - t, depth, width + t, depth + reach + t}, kHeight + 0.2, 0.2, {}, Stuff::Concrete);
   b.block({width - wing - t, depth, width + t, depth + reach + t}, kHeight, 0.2);
 
-  // A stove with its pipe and a low wall: what tells the directions apart.
+  // A stove with its pipe and a low wall: what makes the directions distinguishable.
   SurfaceModel stove;
   stove.addBlock({0, 0, 0}, {0.7, 0.6, b.vary(0.8, 1.1)}, 0, parts::paint(stove, Stuff::Brick));
   b.placeAtWall(stove, {0, 0, inner - o, depth}, 0, SceneBuilder::North);

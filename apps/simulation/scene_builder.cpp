@@ -131,11 +131,11 @@ appendScene(Scene& scene, const Scene& part, const Eigen::Vector3d& foot, bool h
     item.place = T * item.place;
     item.area = movedArea(T, item.area);
     if (half_turn) {
-      SurfaceModel turned;
+      SurfaceModel rotated;
       Eigen::Isometry3d R = T;
       R.translation().setZero();
-      turned.append(item.surfaces, R);
-      item.surfaces = turned;
+      rotated.append(item.surfaces, R);
+      item.surfaces = rotated;
     }
     scene.loose_items.push_back(item);
   }

@@ -96,7 +96,7 @@ public:
   /// At any side of the room, tried in a random order.
   bool
   placeAtAnyWall(const SurfaceModel& part, const parts::Rect& room, double z, double lift = 0);
-  /// Put the part somewhere in the room, turned at random.
+  /// Put the part somewhere in the room, at a random yaw.
   bool
   placeInside(const SurfaceModel& part, const parts::Rect& room, double z);
   /// The place of the last part that was put somewhere.

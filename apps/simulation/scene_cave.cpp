@@ -118,8 +118,8 @@ highestGround(const RayCaster& caster, const Vector3d& at, double radius)
   for (const double share : {0.4, 0.7, 1.0})
     for (int i = 0; i < 12; ++i) {
       const double angle = kPi * i / 6;
-      const Vector3d beside = at + share * radius * Vector3d(std::cos(angle), std::sin(angle), 0);
-      highest = std::max(highest, groundBelow(caster, beside));
+      const Vector3d around = at + share * radius * Vector3d(std::cos(angle), std::sin(angle), 0);
+      highest = std::max(highest, groundBelow(caster, around));
     }
   return highest;
 }
@@ -148,7 +148,7 @@ makeCave(std::uint64_t seed)
   }
   b.setPath(path);
 
-  // Boulders and stalagmites beside the path, stalactites above, all half in the rock.
+  // Boulders and stalagmites next to the path, stalactites above, all half in the rock.
   for (int i = 0; i < 36; ++i) {
     const double share = b.vary(0.08, 0.92);
     const double side = b.chance(0.5) ? 1 : -1;
@@ -188,10 +188,10 @@ makeCave(std::uint64_t seed)
       return ((area.lower + area.upper) / 2 - at).head<2>().norm() > 3 * kHalf;
     });
     const Footprint ground{at.head<2>(), {kHalf, kHalf}, 0, 0, 1};
-    const bool beside = std::all_of(path.begin(), path.end(), [&](const Vector3d& point) {
+    const bool off_path = std::all_of(path.begin(), path.end(), [&](const Vector3d& point) {
       return distance(ground, point.head<2>(), point.head<2>()) > 0.55;
     });
-    if (high - low > kLevel || !apart || !beside)
+    if (high - low > kLevel || !apart || !off_path)
       continue;
     const double z = (low + high) / 2;
     areas.push_back({{at.x() - kHalf, at.y() - kHalf, z}, {at.x() + kHalf, at.y() + kHalf, z}});

@@ -129,7 +129,7 @@ makeHotelCorridor(std::uint64_t seed, const SceneOptions& options)
              Stuff::Plaster},
             0,
             kHeight);
-  // The western wall of the southern rooms' row, which a room turned by half a turn leaves open.
+  // The western wall of the southern rooms' row, which a room that is rotated by 180 degrees leaves open.
   b.addWall({{0, -half - kDepth}, {0, -half - kInner}, kInner, {}, Stuff::Plaster}, 0, kHeight);
   b.placeAtWall(parts::makeSofa(r, 1.5), lobby, 0, SceneBuilder::South);
   b.placeAtWall(parts::makePlant(r), lobby, 0, SceneBuilder::West);

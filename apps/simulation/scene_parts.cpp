@@ -76,7 +76,7 @@ fillOpening(SurfaceModel& model, const WallFrame& frame, const Opening& opening,
     frame.addPiece(model, end - 0.16, end - 0.06, opening.bottom + 1, opening.bottom + 1.03, depth + 0.1, Stuff::Metal);
   }
   if (opening.filling == Filling::Shut || opening.filling == Filling::Door) {
-    // Trims on both faces, beside the opening.
+    // Trims on both faces, at the sides of the opening.
     const double depth = thickness + 0.03;
     frame.addPiece(model, start - kFrameWidth, start, opening.bottom, opening.top + kFrameWidth, depth, Stuff::Wood);
     frame.addPiece(model, end, end + kFrameWidth, opening.bottom, opening.top + kFrameWidth, depth, Stuff::Wood);

@@ -45,7 +45,7 @@ enum class Stuff {
 std::uint16_t
 paint(SurfaceModel& model, Stuff stuff);
 
-/// Pose of something that stands on \p foot, turned by \p yaw [rad] about the vertical.
+/// Pose of something that stands on \p foot, rotated by \p yaw [rad] about the vertical.
 Eigen::Isometry3d
 standAt(const Eigen::Vector3d& foot, double yaw = 0);
 

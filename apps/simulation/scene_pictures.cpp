@@ -44,7 +44,7 @@ constexpr double kCutShare = 0.66;   // of the height under a high ceiling
 constexpr double kCutHeight = 1.6;   // above the floor, under a lower one [m]
 constexpr double kFieldOfView = 0.5; // tangent of half the horizontal angle
 constexpr double kElevation = 0.95;  // of the camera above the horizon [rad]
-constexpr double kAside = 0.42;      // how far beside the middle of the longer side it stands [rad]
+constexpr double kAside = 0.42;      // azimuth from the middle of the longer side [rad]
 constexpr double kFilled = 0.96;     // share of the width of the view that is used
 constexpr Colour kScanColour{0.835, 0.369, 0.0};
 constexpr double kCutLight = 0.29; // brightness of what is cut through

@@ -31,7 +31,7 @@ addBar(SurfaceModel& model, double half_length, const Rect& section, Stuff stuff
                  parts::paint(model, stuff));
 }
 
-/// The model turned by half a turn about z: exact, only signs change.
+/// The model rotated by 180 degrees about z: exact, only signs change.
 SurfaceModel
 halfTurn(SurfaceModel model)
 {
@@ -315,13 +315,13 @@ makeSymmetricRoom(std::uint64_t seed)
     scene.walk_areas.push_back(halfTurn(area));
   std::vector<LooseItem> items;
   for (LooseItem& item : scene.loose_items) {
-    // Turned in place first: what is turned by the same angle and half a turn would differ in the last bits.
-    SurfaceModel turned;
-    turned.append(item.surfaces, parts::standAt(Vector3d::Zero(), item.yaw));
+    // Rotated in place first: a rotation by the same angle plus 180 degrees would differ in the last bits.
+    SurfaceModel rotated;
+    rotated.append(item.surfaces, parts::standAt(Vector3d::Zero(), item.yaw));
     LooseItem twin = item;
-    item.surfaces = turned;
+    item.surfaces = rotated;
     item.yaw = 0;
-    twin.surfaces = halfTurn(turned);
+    twin.surfaces = halfTurn(rotated);
     twin.yaw = 0;
     twin.place.head<2>() = -twin.place.head<2>();
     twin.area = halfTurn(item.area);

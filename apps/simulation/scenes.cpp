@@ -103,7 +103,7 @@ pointIn(const WalkArea& area, const Eigen::Vector2d& margin, RandomStream& rando
   return Eigen::Vector3d(x, random.uniform(lower.y(), upper.y()), area.lower.z());
 }
 
-/// Somewhere in its area; where it cannot be turned round, it stands as before or the other way round.
+/// Somewhere in its area; where it cannot be rotated freely, it stands as before or the other way round.
 std::optional<std::pair<Eigen::Vector3d, double>>
 newPlaceOf(const LooseItem& item, RandomStream& random)
 {

@@ -31,7 +31,7 @@ struct WalkArea {
 struct LooseItem {
   SurfaceModel surfaces;                           ///< around its foot at the origin
   Eigen::Vector3d place = Eigen::Vector3d::Zero(); ///< where it stands when nothing moves [m]
-  double yaw = 0;                                  ///< and how it is turned [rad]
+  double yaw = 0;                                  ///< and which way it faces [rad]
   WalkArea area;                                   ///< where else it may stand
   bool drives = false;                             ///< a car of the traffic: elsewhere in every scan
 };

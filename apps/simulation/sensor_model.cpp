@@ -90,9 +90,9 @@ rosetteBeam(const BeamPattern& pattern, std::size_t index, std::size_t scan)
     return fraction(fraction(static_cast<double>(scan) * fraction(cycles)) +
                     fraction(static_cast<double>(index) * cycles / count));
   };
-  const double turned = phase(kRosetteTurns);
+  const double turns = phase(kRosetteTurns);
   Beam beam;
-  beam.azimuth = pattern.azimuth_min + azimuth_span * (closesCircle(azimuth_span) ? turned : triangleWave(turned));
+  beam.azimuth = pattern.azimuth_min + azimuth_span * (closesCircle(azimuth_span) ? turns : triangleWave(turns));
   beam.elevation = pattern.elevation_min + elevation_span * triangleWave(phase(swings));
   beam.direction = directionOf(beam.azimuth, beam.elevation);
   return beam;

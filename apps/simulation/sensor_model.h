@@ -12,8 +12,8 @@ namespace pcl_ssfr::simulation {
 
 /// How the beams of a scan are spread and in which order they are fired.
 enum class PatternKind {
-  Rings,       ///< beams at fixed elevations, turned about z (HDL-32E, VLP-16)
-  TurningLine, ///< a line scanner (2-D) turned or nodded by a unit (UTM-30LX, LMS-200)
+  Rings,       ///< beams at fixed elevations, spinning about z (HDL-32E, VLP-16)
+  TurningLine, ///< a line scanner (2-D) spun or nodded by a unit (UTM-30LX, LMS-200)
   Sphere,      ///< a terrestrial scanner: rows of elevation times columns of azimuth
   Rosette      ///< non-repetitive: elevation swings many times a turn and the next scan goes on elsewhere (Livox)
 };

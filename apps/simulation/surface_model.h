@@ -58,7 +58,7 @@ struct SurfaceModel {
   /// A box: \p T_world_box puts its centre and axes; \p size is its full extent, > 0 [m].
   void
   addBox(const Eigen::Isometry3d& T_world_box, const Eigen::Vector3d& size, std::uint16_t material);
-  /// A box that stands on \p base (centre of its lower face), turned by \p yaw [rad] about the vertical.
+  /// A box that stands on \p base (centre of its lower face), rotated by \p yaw [rad] about the vertical.
   void
   addBlock(const Eigen::Vector3d& base, const Eigen::Vector3d& size, double yaw, std::uint16_t material);
   /// An upright cylinder with a flat top (a fan of 32 triangles) that stands on \p base.

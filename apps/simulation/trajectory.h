@@ -21,7 +21,7 @@ struct TrajectoryOptions {
   double overlap = 0;           ///< wanted overlap of consecutive scans, in (0, 1): decides the step; 0: not used
   double turn = 0.15;           ///< largest change of heading between consecutive scans beyond the path's own [rad]
   double tilt = 0;              ///< largest roll and pitch [rad]
-  bool random_rotation = false; ///< every scan turned by its own random rotation about its sensor
+  bool random_rotation = false; ///< every scan rotated at random about its sensor
   std::uint64_t seed = 1;
 };
 

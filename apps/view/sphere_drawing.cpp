@@ -220,7 +220,7 @@ drawSphereMark(cairo_t* context,
     return;
   }
   drawDot(context, px, py, 4, colour);
-  // The number stands beside it, within the disc.
+  // The number stands next to it, within the disc.
   const double away = p.norm() > 0.6 ? -1 : 1;
   const Eigen::Vector2d out = p.norm() > 0.1 ? Eigen::Vector2d(away * p.normalized()) : Eigen::Vector2d(0.7, 0.7);
   drawAlignedText(context, px + 18 * out.x(), py - 18 * out.y() + 5, std::to_string(number), 14, 0.5, colour, true);

@@ -8,16 +8,16 @@
 
 namespace pcl_ssfr {
 
-/// What a time limit counts.
+/// What a time limit measures.
 enum class TimeLimitClock {
   Wall,     ///< time that passes
   Processor ///< processor time of the whole process, all threads: does not depend on what else runs on the machine
 };
 
-/** \brief Point in time at which work must stop: never, or some seconds after it was made.
+/** \brief Point in time at which work must stop. One that is default-constructed never passes.
  *
- * Work that takes one checks it between its steps, at least every few milliseconds, and stops without throwing; what is
- * returned then is said there.
+ * A function that takes one checks it between its steps, at least every few milliseconds, and returns early without
+ * throwing; its own documentation says what it returns then.
  */
 class Deadline {
 public:
@@ -29,7 +29,7 @@ public:
 
   /** \brief A deadline some time from now.
    * \param[in] seconds [s]; 0 (an option of 0 means no limit), negative, NaN or beyond a century: it never passes
-   * \param[in] clock what counts
+   * \param[in] clock which time is limited
    */
   static Deadline
   after(double seconds, TimeLimitClock clock = TimeLimitClock::Wall)

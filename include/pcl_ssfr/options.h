@@ -19,30 +19,30 @@ enum class Profile {
   Paper2017 ///< the method as published, in the constants of the implementation of July 2017
 };
 
-/// Whether the origin (or the viewpoint given) of a scan is taken to be the place of its sensor. Where it is not, the
-/// default profile looks for the place in the points, and the paper's does without.
+/// Whether the sensor of a scan is taken to be at the viewpoint that was given, or else at the origin. Where it is not,
+/// Profile::Default estimates its position from the points, and Profile::Paper2017 does without.
 enum class ViewpointMode {
-  Auto,         ///< decided from the points: a scan seen from its sensor has one return per direction
-  SensorOrigin, ///< it is, always
-  Unknown,      ///< it is not: only a place found in the points is used, if there is one
-  Unused        ///< no place at all: unsigned normals, no free-space reasoning
+  Auto,         ///< decided by the points: seen from its sensor, a scan has one return per direction
+  SensorOrigin, ///< it is there
+  Unknown,      ///< it is not there: only a position estimated from the points is used, if there is one
+  Unused        ///< no position at all: unsigned normals, no free-space reasoning
 };
 
 /// Prior knowledge of the vertical in both scans.
 struct GravityPrior {
   Eigen::Vector3d up_source = Eigen::Vector3d::UnitZ(); ///< unit, source frame
   Eigen::Vector3d up_target = Eigen::Vector3d::UnitZ(); ///< unit, target frame
-  /// Rotations must map one onto the other within this [rad], (0, pi]: three standard deviations of what is given.
+  /// Rotations must map one onto the other within this angle [rad], (0, pi]: three standard deviations of the prior.
   double tolerance = 0.0873;
 };
 
-/// How exact the caller's guess is: only poses within it are considered.
+/// How accurate the caller's guess is: only poses within these bounds are considered.
 struct GuessTolerance {
   double rotation = 0.1;  ///< angle between the rotations [rad], (0, pi]
   double translation = 1; ///< distance between where the poses put the source's sensor [m], > 0
 };
 
-/// Options of the planar patches (docs/METHOD.md, Patches). Lengths of 0 follow from the data.
+/// Options of the planar patches (docs/METHOD.md, Patches). A length of 0 is chosen from the data.
 struct PatchOptions {
   double thickness = 0;       ///< largest standard deviation across the plane [m]; 0: from the scale of the scene
   double range_noise = 0.001; ///< growth of the thickness with range [m/m], >= 0
@@ -52,22 +52,22 @@ struct PatchOptions {
   int min_points = 5;         ///< fewest thinned points of a patch, >= 3
 };
 
-/// What the preparation of a scan reads. A prepared scan holds for these, whatever the search is asked for.
+/// The options that affect the preparation of a scan. A prepared scan stays valid when only SearchOptions change.
 struct PreparationOptions {
-  Profile profile = Profile::Default;                 ///< which method
-  ViewpointMode viewpoint_mode = ViewpointMode::Auto; ///< where the sensors are
+  Profile profile = Profile::Default;                 ///< the method
+  ViewpointMode viewpoint_mode = ViewpointMode::Auto; ///< whether the sensors are where the viewpoints say
   double normal_radius = 0;                           ///< r of the paper [m], 0 or > 0; 0: from the data
   double density_radius = 0; ///< r_d of the paper, chord on the unit sphere, (0, 1]; 0: the profile's
   double leaf = 0;           ///< spacing that the clouds are thinned to [m], 0 or > 0; 0: from the data
 };
 
-/// What the search for the pose reads, and the decision on what it finds.
+/// The options of the search for the pose, and of the decision whether to accept it.
 struct SearchOptions {
   double bin_width = 0; ///< of the histograms of translations, the third parameter of the paper [m]; 0: from the data
-  /// Only poses that keep it are considered; the noise of scans may take a pose 0.01 rad beyond its tolerance.
+  /// Only poses that agree with it are considered; noise may take a pose 0.01 rad beyond the tolerance.
   std::optional<GravityPrior> gravity;
-  /// Of the guess, when there is one: only poses within it are considered, rotations up to 0.01 rad beyond it. None:
-  /// the guess is one candidate among all. Not read by Paper2017.
+  /// Tolerance of the guess, if there is one: only poses within it are considered (rotations up to 0.01 rad beyond).
+  /// Without a tolerance the guess is one candidate among all. Not read by Paper2017.
   std::optional<GuessTolerance> guess_tolerance;
   double time_limit = 0;         ///< of registerScans() without a deadline, or of the PCL class' align() [s]; 0: none
   bool refine = true;            ///< polish the answer by robust point-to-plane steps; not read by Paper2017
@@ -78,7 +78,7 @@ struct SearchOptions {
   double min_confidence = 0.7; ///< accept an answer from this confidence on, [0, 1]; not read by Paper2017
 };
 
-/** \brief Everything that can be set. The defaults need no change: a scale of 0 follows from the data.
+/** \brief Everything that can be set. The defaults need no change: a length of 0 is chosen from the data.
  *
  * Build one by makeOptions(profile); change fields; the registration validates them. The two groups are bases, so that
  * a field is set by its name alone (`options.leaf = 0.1`) while a function says by its parameter which group it reads.
@@ -87,10 +87,10 @@ struct Options : PreparationOptions, SearchOptions {
   unsigned threads = 1;             ///< 0: all processors, at most kMaxThreads; the result never depends on it
   PatchOptions patches;             ///< planar patches; Profile::Default only
   PatchProfileConfig patch_profile; ///< tuned numbers of Profile::Default
-  PaperOptions paper; ///< stages of Profile::Paper2017; the scales above, where they are set, go before its own
+  PaperOptions paper; ///< stages of Profile::Paper2017; the lengths above, where set, take precedence over its own
 };
 
-/// Whether scans prepared with \p a are what \p b asks for: all that the preparation reads is equal.
+/// Whether scans prepared with \p a can be registered with \p b: all options that affect preparation are equal.
 PCL_SSFR_EXPORT bool
 haveSamePreparation(const Options& a, const Options& b);
 

@@ -11,9 +11,9 @@ namespace pcl_ssfr {
 
 /** \brief Global registration of two prepared scans: the pose that maps source points into the target frame.
  *
- * Same input, same bits, for any number of threads. Data never throw: Result::status says what happened. When
- * Options::time_limit seconds are over, the status is Status::TimeLimit, and Result holds the best poses so far: the
- * evidence against them is not complete, nor are they exact. (Profile::Paper2017 ranks what it has.)
+ * Same input, same bits, for any number of threads. No scan makes it throw: Result::status says what happened. When
+ * Options::time_limit seconds are over, the status is Status::TimeLimit, and Result holds the best poses so far: not
+ * all evidence against them was gathered, nor are they fully refined. (Profile::Paper2017 ranks what it has.)
  * \param[in] source,target prepared with the same profile, or the status is Status::InvalidInput
  * \param[in] options those that the scans were prepared with (PreparedScan::isPreparedWith()); SearchOptions may differ
  * \param[in] guess optional: refined and judged as one more candidate; never needed, never degrades the answer
@@ -41,14 +41,14 @@ registerScans(const PreparedScan& source,
               const Deadline& deadline,
               SearchTrace* trace = nullptr);
 
-/** \brief The evidence for a given pose of two prepared scans, without any search: score, overlap, contradiction, rmse.
+/** \brief The evidence for a given pose of two prepared scans, without a search: score, overlap, contradiction, rmse.
  *
  * A pose of Result::candidates gets the scores that it has there, so that poses from elsewhere compare with them: one
  * that a local refiner made of Result::T_target_source is worth keeping when it does not score less. Same input, same
- * bits, for any number of threads; takes about as long as one step of the polish.
+ * bits, for any number of threads; takes about as long as one step of the final refinement.
  * \param[in] source,target,options as for registerScans()
  * \param[in] T_target_source rigid motion between the scans' own frames [m]
- * \return Candidate::probability is 0: it would need all other poses. All is 0 where a scan has no surface to judge by.
+ * \return Candidate::probability is 0: it would need all other poses. Everything is 0 where a scan has no surface.
  * \throw std::invalid_argument when \p options are out of range, a scan was not prepared, not completely (deadline), or
  * for another profile than that of \p options, and when \p T_target_source is not finite or no rigid motion
  */

@@ -27,17 +27,16 @@ public:
   /// Made by prepareScan(); not for users.
   explicit PreparedScan(std::shared_ptr<const PreparedData> data) : data_(std::move(data)) {}
 
-  /// True until it is assigned what prepareScan() returns.
+  /// Whether it holds no scan: it was default-constructed, not returned by prepareScan().
   bool
   empty() const
   {
     return !data_;
   }
-  /// False when it is empty, or when the deadline passed before it was ready: registerScans() then only reports that.
+  /// False when it is empty, or when the deadline passed before it was ready: registerScans() then just reports so.
   bool
   isComplete() const;
-  /// Whether it is what prepareScan() would give with \p options, as long as the points have not changed; false when it
-  /// is empty.
+  /// Whether prepareScan() with \p options would give the same for the same points; false when it is empty.
   bool
   isPreparedWith(const Options& options) const;
   /// What the stages need; not for users. Must not be empty().
@@ -53,7 +52,7 @@ private:
 
 /** \brief Stages 1 to 5 for one scan: centre, sample, normals or patches, Gaussian sphere, densities, main normals.
  *
- * Never fails on data: a scan that is empty or degenerate gives a prepared scan that registers as such.
+ * No scan makes it fail: the Result::status of a registration says that one is empty or degenerate.
  * \param[in] scan borrowed until this returns
  * \param[in] options the same as for registerScans(); time_limit is not read here
  * \param[in] deadline when it passes before the end, the scan is not complete

@@ -65,8 +65,7 @@ struct Candidate {
   double score = 0;         ///< evidence for the pose less the evidence against it, comparable within one registration
   double overlap = 0;       ///< share of the surface that met its counterpart, [0, 1]
   double contradiction = 0; ///< share of the surface that lies in the other sensor's free space, [0, 1]
-  /// Root mean square distance of the matches [m], as Result::rmse; 0 where it was not measured: of candidates of a
-  /// registration that were not polished.
+  /// Root mean square distance of the matches [m], as Result::rmse; 0 for candidates that were not polished.
   double rmse = 0;
   CandidateEvidence evidence; ///< default profile only
   bool from_guess = false;    ///< the caller's initial guess (refined), not found by the method
@@ -102,23 +101,23 @@ struct Result {
   /// only.
   double probability_of_none = 1;
   double rmse = 0; ///< root mean square point-to-plane distance over the inliers [m]
-  /// Maximum correspondence distance for a local refiner (ICP, GICP) that starts from this pose [m]: as far as points
-  /// that belong together may lie apart, by the distances that their planes are left with, the uncertainty of the pose
-  /// and the spacing of the points (docs/METHOD.md, "Correspondence distance"). Points thinned to more than the leaf of
-  /// the scans need more. 0 when no pose was judged, and of Profile::Paper2017.
+  /// Maximum correspondence distance for a local refiner (ICP, GICP) that starts from this pose [m]: how far apart
+  /// corresponding points may lie, from the residuals of the matches, the uncertainty of the pose and the spacing of
+  /// the points (docs/METHOD.md, "Correspondence distance"). Clouds thinned more coarsely than the leaf of the scans
+  /// need more. 0 when no pose was judged, and with Profile::Paper2017.
   double correspondence_distance = 0;
   /// Information matrix (inverse covariance) of the pose, order (rotation [rad], translation [m]): a small motion
   /// (w, v) applied on the left about the target's origin, T <- Exp(w, v) T. Zero when nothing was judged.
   Eigen::Matrix<double, 6, 6> information = Eigen::Matrix<double, 6, 6>::Zero();
   std::vector<Candidate> candidates;               ///< distinct poses, best first; the first is T_target_source
   std::vector<UnobservableDirection> unobservable; ///< directions that the scene does not determine
-  /// In order of execution; those of the scans as they were prepared, which may have been for an earlier registration.
+  /// In order of execution; those of a prepared scan are from its preparation, maybe for an earlier registration.
   std::vector<StageReport> stages;
-  bool source_viewpoint_used = false;  ///< a place of the source's sensor gave its normals and its free space
+  bool source_viewpoint_used = false;  ///< the source's normals and free space follow from a position of its sensor
   bool target_viewpoint_used = false;  ///< the same of the target
-  bool source_viewpoint_found = false; ///< that place was found in the points, not given
+  bool source_viewpoint_found = false; ///< that position was estimated from the points, not given
   bool target_viewpoint_found = false; ///< the same of the target
-  Eigen::Vector3d source_viewpoint = Eigen::Vector3d::Zero(); ///< that place, source frame [m]; zero when not used
+  Eigen::Vector3d source_viewpoint = Eigen::Vector3d::Zero(); ///< that position, source frame [m]; zero when not used
   Eigen::Vector3d target_viewpoint = Eigen::Vector3d::Zero(); ///< the same of the target, target frame [m]
 
   /// Whether the pose may be used: the status is Status::Converged.

@@ -22,7 +22,7 @@ struct ScanView {
   const float* normals = nullptr;        ///< nx of the first point, same stride; null: no normals
   const std::int32_t* indices = nullptr; ///< points to use, each in [0, size); null: all
   std::size_t index_count = 0;           ///< number of \ref indices
-  /// Position of the sensor in the coordinates of the points [m], when the caller knows or assumes one.
+  /// Position of the sensor in the coordinates of the points [m], as far as the caller knows or assumes one.
   Eigen::Vector3d viewpoint = Eigen::Vector3d::Zero();
   /// The viewpoint was given by the user: it is used whatever the points look like.
   bool viewpoint_is_known = false;

@@ -19,18 +19,18 @@ struct TracedHypothesis {
 
 /// One pass of the search.
 struct TracedPass {
-  bool little_overlap = false;              ///< by votes against poses: the pass for scans that share little
-  std::vector<Eigen::Matrix3d> rotations;   ///< R_target_source that were searched, best supported first
+  bool little_overlap = false;            ///< ranked by few votes against a pose: the pass for scans that share little
+  std::vector<Eigen::Matrix3d> rotations; ///< R_target_source that were searched, best supported first
   std::vector<TracedHypothesis> hypotheses; ///< most votes first
 };
 
-/** \brief What a registration by Profile::Default proposed and looked at: shows where a true pose was lost.
+/** \brief The hypotheses of a registration by Profile::Default: shows at which stage a true pose was lost.
  *
- * Filled by registerScans() when one is handed to it; the result is the same with and without.
+ * registerScans() fills it when given one; its result is the same with and without.
  */
 struct SearchTrace {
   std::vector<TracedPass> passes; ///< in the order in which they were made
-  /// After these, poses under which the scans agree in one direction, most votes first; empty: not looked for, or none.
+  /// Proposed last, by plan views (one main normal in common), most votes first; empty: not searched, or none found.
   std::vector<TracedHypothesis> plan_hypotheses;
 };
 

@@ -69,14 +69,14 @@ namespace pcl_ssfr {
  * (PreparationOptions, and the stages of the profile). A cloud edited in place must therefore be set again.
  *
  * **Work on demand.** The search tree of the target takes 1.7 times the memory of a cloud of pcl::PointXYZ, and the
- * registration has no use for it: it is built when getFitnessScore() or getCorrespondences() first asks it, from the
+ * registration does not use it: it is built by the first call of getFitnessScore() or getCorrespondences(), from the
  * clouds as they are then, unlike with ICP. So is the list of correspondences. A search method that was set by
- * setSearchMethodTarget() is filled at once, as PCL does it.
+ * setSearchMethodTarget() is filled at once, as PCL does.
  *
  * **Time limit.** setTimeLimit() bounds the whole of align(), preparation included, but for the copying of the source
  * into the output. When it ends the preparation, the status is Status::TimeLimit, the message names the stage, and the
- * scans that were not ready are prepared anew by the next align(). When it ends the search, the status is the same, and
- * getResult() holds the best poses so far; none of them is accepted.
+ * scans that were not ready are prepared again by the next align(). When it ends the search, the status is the same,
+ * and getResult() holds the best poses so far; none of them is accepted.
  *
  * **Inherited settings**
  *
@@ -167,15 +167,15 @@ public:
    * scans determine the tilt worse than it does, it is kept.
    * \param[in] up_source,up_target directions (any length but 0), in the coordinates of the source and the target
    * \param[in] tolerance largest angle between the mapped and the given vertical [rad], (0, pi]: three standard
-   * deviations of what is given
+   * deviations of the given directions
    */
   void
   setGravity(const Eigen::Vector3d& up_source, const Eigen::Vector3d& up_target, double tolerance);
-  /// Forget the vertical.
+  /// Remove the prior on the vertical.
   void
   clearGravity();
-  /** \brief Say how exact the guess of align() is, which may then be the identity too: only poses within the tolerance
-   * are considered, which is surer and faster.
+  /** \brief Say how accurate the guess of align() is, which may then be the identity too: only poses within these
+   * bounds are considered, which is more reliable and faster.
    * \param[in] rotation largest angle between the rotations [rad], (0, pi]
    * \param[in] translation largest distance between the positions of the source's sensor [m], > 0
    */
@@ -187,7 +187,7 @@ public:
   /// Polish the answer by robust point-to-plane steps (on by default in Profile::Default).
   void
   setRefinement(bool refine);
-  /// End so long after the call of align() [s], with the best poses by then, not accepted; 0 (default): no limit.
+  /// Limit the time of align() [s]: it ends with the best poses so far, none accepted; 0 (default): no limit.
   /// Preparation counts when it is not cached. With a limit, runs may differ.
   void
   setTimeLimit(double seconds);

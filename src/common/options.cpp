@@ -20,9 +20,6 @@ namespace pcl_ssfr {
 
 namespace {
 
-/// Finest grid that a Morton code of 21 bits an axis can hold.
-constexpr int kMaxLevel = 20;
-
 void
 requirePositive(const char* name, double value)
 {
@@ -79,14 +76,15 @@ validatePatches(const PatchOptions& options)
   requireNotNegative("patches.thickness", options.thickness);
   requireNotNegative("patches.range_noise", options.range_noise);
   requireCosine("patches.max_flatness", options.max_flatness);
-  requireOption(options.finest_level >= 0 && options.finest_level < kMaxLevel,
+  const int levels = kMortonBits - 1; // finer than that, so that the octree has more than one cell along each axis
+  requireOption(options.finest_level >= 0 && options.finest_level < levels,
                 "patches.finest_level",
                 options.finest_level,
-                "be in [0, 20)");
-  requireOption(options.coarsest_level >= options.finest_level && options.coarsest_level < kMaxLevel,
+                "be in [0, " + std::to_string(levels) + ')');
+  requireOption(options.coarsest_level >= options.finest_level && options.coarsest_level < levels,
                 "patches.coarsest_level",
                 options.coarsest_level,
-                "be in [finest_level, 20)");
+                "be in [finest_level, " + std::to_string(levels) + ')');
   requireAtLeast("patches.min_points", options.min_points, 3);
 }
 

@@ -8,11 +8,14 @@
 
 namespace pcl_ssfr {
 
-/// Points or directions, one a column, 3 x N. Points are in metres [m].
+/// Points or directions, one per column, 3 x N. Points are in metres [m].
 using Points3 = Eigen::Matrix3Xd;
 
 /// A vector that comes from outside is accepted as a unit vector when its norm is this near to 1.
 constexpr double kUnitTolerance = 1e-3;
+
+/// Bits per axis of the Morton code of a voxel: three times as many fit into 64.
+constexpr int kMortonBits = 21;
 
 /// Relative rounding of sums of many doubles: what is smaller is nothing.
 constexpr double kRoundingOfSums = 1e-12;

@@ -15,9 +15,6 @@ namespace pcl_ssfr {
 
 namespace {
 
-/// The tree works in float: search this much farther, relative to the radius, and decide in double.
-constexpr double kFloatSlack = 1e-4;
-
 pcl::PointXYZ
 toPcl(const Eigen::Vector3d& point)
 {
@@ -98,11 +95,11 @@ NeighborIndex::radius(const Eigen::Vector3d& query, double radius) const
 {
   if (!impl_ || !(radius >= 0) || !query.allFinite())
     return {};
-  // Rounding to float moves a point by up to half a unit in the last place of its largest coordinate.
-  const double rounding = 1e-6 * std::max(query.cwiseAbs().maxCoeff() + radius, 1e-3);
+  // The tree works in float: search farther by some hundred times the rounding of coordinates, and decide in double.
+  const double rounding = 1e-5 * std::max(query.cwiseAbs().maxCoeff() + radius, 1e-3);
   pcl::Indices indices;
   std::vector<float> squared_distances;
-  impl_->tree.radiusSearch(toPcl(query), radius * (1 + kFloatSlack) + rounding, indices, squared_distances);
+  impl_->tree.radiusSearch(toPcl(query), radius + rounding, indices, squared_distances);
   std::vector<Neighbor> neighbors = impl_->sorted(query, indices);
   const double squared_radius = radius * radius;
   while (!neighbors.empty() && neighbors.back().squared_distance > squared_radius)

@@ -4,6 +4,7 @@
 #include "preparation/thinning.h"
 
 #include "common/parallel.h"
+#include "common/types.h"
 #include "common/vector_clones.h"
 
 #include <algorithm>
@@ -18,16 +19,15 @@ namespace pcl_ssfr {
 
 namespace {
 
-constexpr int kCodeBitsPerAxis = 21;
-constexpr double kHalfRange = 1 << (kCodeBitsPerAxis - 1); // voxels on each side of the origin
-constexpr std::size_t kExtentSamples = 20000;              // points looked at for the percentile
-constexpr std::size_t kPointsPerThread = 65536;            // for fewer it does not pay to start one more
+constexpr double kHalfRange = 1 << (kMortonBits - 1); // voxels on each side of the origin
+constexpr std::size_t kExtentSamples = 20000;         // points looked at for the percentile
+constexpr std::size_t kPointsPerThread = 65536;       // for fewer it does not pay to start one more
 
 // Voxels are sorted cell by cell: what happens within a cell stays in the cache.
 constexpr int kCellBits = 4; // of the edge of a cell, in voxels
 constexpr unsigned kCellMask = (1U << kCellBits) - 1;
 constexpr std::size_t kCellVoxels = std::size_t{1} << (3 * kCellBits);
-constexpr int kCellCodeBits = kCodeBitsPerAxis - kCellBits;
+constexpr int kCellCodeBits = kMortonBits - kCellBits;
 
 /// Spread the low 21 bits of \p v so that two zero bits follow each of them.
 constexpr std::uint64_t

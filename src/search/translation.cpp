@@ -17,14 +17,18 @@ namespace {
 
 /// Axes whose system has a larger condition number are called dependent.
 constexpr double kMaxCondition = 1e7;
-/// A third axis must leave the plane of the first two by this cosine to their normal, whatever the options say.
-constexpr double kMinCosine = 0.01;
 
 double
 conditionNumber(const Eigen::Matrix3d& axes)
 {
   const Eigen::Vector3d singular = Eigen::JacobiSVD<Eigen::Matrix3d>(axes).singularValues();
   return singular[2] > 0 ? singular[0] / singular[2] : std::numeric_limits<double>::infinity();
+}
+
+bool
+areIndependent(const Eigen::Matrix3d& axes)
+{
+  return conditionNumber(axes) <= kMaxCondition;
 }
 
 /// Smallest angle between \p direction and a rotated main normal of the source [rad].
@@ -59,7 +63,7 @@ chooseAxes(const RotationCandidate& candidate,
           std::abs(c.dot(cross)) <= options.min_triple_product)
         continue;
       result.axes.col(2) = c;
-      if (!(conditionNumber(result.axes) <= kMaxCondition))
+      if (!areIndependent(result.axes))
         continue;
       result.third_is_main_normal = true;
       return result;
@@ -69,18 +73,19 @@ chooseAxes(const RotationCandidate& candidate,
 
   const Eigen::Vector3d perpendicular = cross.normalized();
   result.axes.col(2) = perpendicular;
-  if (!(conditionNumber(result.axes) <= kMaxCondition))
+  if (!areIndependent(result.axes))
     return std::nullopt;
   double best = std::numeric_limits<double>::infinity();
   for (const MainNormal& mode : target) {
-    const double cosine = std::abs(mode.direction.dot(perpendicular));
-    if (cosine < std::cos(options.cross_angle) || cosine < kMinCosine)
+    Eigen::Matrix3d axes = result.axes;
+    axes.col(2) = mode.direction;
+    if (std::abs(mode.direction.dot(perpendicular)) < std::cos(options.cross_angle) || !areIndependent(axes))
       continue;
     const double angle = nearestRotatedNormal(mode.direction, candidate.R_target_source, source);
     if (angle >= best)
       continue;
     best = angle;
-    result.axes.col(2) = mode.direction;
+    result.axes = axes;
     result.third_is_main_normal = true;
   }
   return result;
@@ -89,7 +94,7 @@ chooseAxes(const RotationCandidate& candidate,
 Eigen::Vector3d
 composeShifts(const Eigen::Matrix3d& axes, const Eigen::Vector3d& shifts)
 {
-  if (!(conditionNumber(axes) <= kMaxCondition))
+  if (!areIndependent(axes))
     throw std::invalid_argument("composeShifts: the axes are linearly dependent");
   return axes.transpose().partialPivLu().solve(shifts);
 }
