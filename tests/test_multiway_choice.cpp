@@ -97,6 +97,22 @@ TEST(HypothesisGraph, loopsRaiseWhatClosesAndLowerWhatDoesNot)
   }
 }
 
+TEST(HypothesisGraph, whatIsExcludedIsNeitherProbableNorRaisedByLoops)
+{
+  const MadeUpJob job = fullJob(5);
+  const ExcludedHypotheses excluded = {{2, 0}, {7, 0}};
+  const HypothesisGraph all = weighHypotheses(job.links, job.places, {}, oneThread());
+  const HypothesisGraph graph = weighHypotheses(job.links, job.places, {}, oneThread(), excluded);
+  for (const WeighedHypothesis& h : graph.hypotheses)
+    if (excluded.count({h.link, h.rank}) > 0) {
+      EXPECT_EQ(h.prior, 0);
+      EXPECT_EQ(h.belief, 0);
+    }
+    else
+      EXPECT_GT(h.belief, 0.9);
+  EXPECT_LT(graph.related_share, all.related_share); // they count as pairs that share nothing
+}
+
 TEST(HypothesisGraph, thePriorFollowsTheShareOfRelatedPairs)
 {
   // The same link among pairs that share nothing is less probable than among pairs that share a place.

@@ -63,23 +63,31 @@ tailByCounting(int all, int contradicted, double wrong)
   return sum;
 }
 
+std::vector<double>
+claims(int all, double wrong)
+{
+  return std::vector<double>(static_cast<std::size_t>(all), wrong);
+}
+
 TEST(SureLinks, areRefutedWhenChanceDoesNotExplainWhatContradicts)
 {
   const ChoiceConfig config;
   int refuted = 0;
   for (int all = 0; all <= 12; ++all)
     for (int contradicted = 0; contradicted <= all; ++contradicted)
-      for (const SureBy by : {SureBy::Pair, SureBy::Loops}) {
-        const double wrong = by == SureBy::Pair ? 0.05 : 1.0 / 101;
+      for (const double wrong : {0.05, 1.0 / 101}) {
         const bool expected = tailByCounting(all, contradicted, wrong) < 0.01;
-        EXPECT_EQ(isRefuted({all, contradicted}, by, config), expected) << all << ", " << contradicted;
+        EXPECT_EQ(isRefuted({claims(all, wrong), contradicted}, config), expected) << all << ", " << contradicted;
         refuted += expected ? 1 : 0;
       }
   EXPECT_GT(refuted, 100);
-  EXPECT_FALSE(isRefuted({0, 0}, SureBy::Pair, config));
-  EXPECT_FALSE(isRefuted({1000, 0}, SureBy::Loops, config));
-  EXPECT_FALSE(isRefuted({1000, 10}, SureBy::Loops, config)); // as many as they claim
-  EXPECT_TRUE(isRefuted({1000, 25}, SureBy::Loops, config));
+  EXPECT_FALSE(isRefuted({{}, 0}, config));
+  EXPECT_FALSE(isRefuted({claims(1000, 1.0 / 101), 0}, config));
+  EXPECT_FALSE(isRefuted({claims(1000, 1.0 / 101), 10}, config)); // as many as they claim
+  EXPECT_TRUE(isRefuted({claims(1000, 1.0 / 101), 25}, config));
+  // Each by its own claim: 0.02 * 0.03 = 0.0006 is too little, 0.2 * 0.3 = 0.06 is not.
+  EXPECT_TRUE(isRefuted({{0.02, 0.03}, 2}, config));
+  EXPECT_FALSE(isRefuted({{0.2, 0.3}, 2}, config));
 }
 
 /// Six scans of which 0 to 3 are one part; all pairs are linked, those with 4 and 5 at poses of no use.
@@ -115,24 +123,28 @@ protected:
 TEST_F(Parts, sureLinksAreCountedWhereTheyTouch)
 {
   const SureLinks whole = count(7, SureBy::Pair); // all but that of 4 and 5
-  EXPECT_EQ(whole.all, 14);
+  EXPECT_EQ(whole.wrong.size(), 14U);
   EXPECT_EQ(whole.contradicted, 8);
-  EXPECT_EQ(count(4, SureBy::Pair).all, 5);
+  for (const double wrong : whole.wrong)
+    EXPECT_NEAR(wrong, 0.03, 1e-12);
+  for (const double wrong : count(7, SureBy::Loops).wrong)
+    EXPECT_NEAR(wrong, 1.0 / 101, 1e-12); // no belief claims more than clear odds
+  EXPECT_EQ(count(4, SureBy::Pair).wrong.size(), 5U);
   EXPECT_EQ(count(4, SureBy::Pair).contradicted, 5);
   job_.links[0].confidence = 0.9;            // too doubtful by itself
   job_.links[1].status = Status::LowOverlap; // not aligned
-  EXPECT_EQ(count(7, SureBy::Pair).all, 12);
-  EXPECT_EQ(count(7, SureBy::Loops).all, 7); // every second one, without that of 4 and 5
-  assembly_.used[0] = 1;                     // the map has another pose of the pair
+  EXPECT_EQ(count(7, SureBy::Pair).wrong.size(), 12U);
+  EXPECT_EQ(count(7, SureBy::Loops).wrong.size(), 7U); // every second one, without that of 4 and 5
+  assembly_.used[0] = 1;                               // the map has another pose of the pair
   EXPECT_EQ(count(7, SureBy::Loops).contradicted, count(7, SureBy::Pair).contradicted == 8 ? 5 : -1);
 }
 
-TEST_F(Parts, linksThatAPersonRejectedDoNotCount)
+TEST_F(Parts, linksThatAreRejectedOrExcludedDoNotCount)
 {
   for (std::size_t k = 1; k < graph_.hypotheses.size(); ++k) // all but 0 - 1
     graph_.hypotheses[k].prior = 0;
   for (const SureBy by : {SureBy::Pair, SureBy::Loops}) {
-    EXPECT_EQ(count(7, by).all, 1);
+    EXPECT_EQ(count(7, by).wrong.size(), 1U);
     EXPECT_EQ(count(7, by).contradicted, 0);
   }
 }
@@ -142,11 +154,44 @@ TEST_F(Parts, piecesThatNothingHoldsTogetherFallApart)
   for (std::size_t k = 0; k < job_.links.size(); ++k) // only 0 - 2 and 1 - 3 are left
     if (!(job_.links[k].source + 2 == job_.links[k].target && job_.links[k].target < 4))
       assembly_.used[k] = -1;
-  splitUnconnected(assembly_, job_.links);
+  splitUnconnected(assembly_, job_.links, graph_, ChoiceConfig());
   EXPECT_THAT(assembly_.part, ElementsAre(0, 1, 0, 1, 4, 5));
   EXPECT_EQ(nextPart(assembly_), 6);
   EXPECT_EQ(membersOf(assembly_).at(1), (std::vector<int>{1, 3}));
   EXPECT_THAT(pairsOf({2, 5, 6}), ElementsAre(std::make_pair(2, 5), std::make_pair(2, 6), std::make_pair(5, 6)));
+}
+
+TEST_F(Parts, linksThatAreNotSureHoldNothingTogether)
+{
+  for (std::size_t k = 0; k < job_.links.size(); ++k)
+    if (job_.links[k].source == 3 || job_.links[k].target == 3)
+      graph_.hypotheses[k].belief = 0.4;
+  splitUnconnected(assembly_, job_.links, graph_, ChoiceConfig());
+  EXPECT_THAT(assembly_.part, ElementsAre(0, 0, 0, 3, 4, 5));
+}
+
+/// Scans 2, 4, 5 and 8 at 0, 0.6, 0.9 and 1.2 m; of all pairs the same share meets.
+std::vector<int>
+sameStations(double share, std::size_t least)
+{
+  MultiwayOptions options;
+  options.alias.same_station = least;
+  const std::vector<int> members = {2, 4, 5, 8};
+  std::vector<Eigen::Vector3d> stations;
+  for (const double x : {0.0, 0.6, 0.9, 1.2})
+    stations.emplace_back(x, 7, -1);
+  const auto pairs = pairsOf(members);
+  PlacementEvidence e;
+  e.total = 200;
+  e.matched = 200 * share;
+  return findSameStations(members, stations, pairs, std::vector<PlacementEvidence>(pairs.size(), e), options);
+}
+
+TEST(SameStations, areOfThreeScansThatSeeTheSame)
+{
+  EXPECT_THAT(sameStations(0.85, 3), ElementsAre(2, 4, 5, 8));
+  EXPECT_THAT(sameStations(0.75, 3), ElementsAre());
+  EXPECT_THAT(sameStations(0.85, 5), ElementsAre()); // 2 and 8 are 1.2 m apart, so no scan has four others
 }
 
 } // namespace

@@ -42,14 +42,14 @@ shifted(double probability_of_none, double share, double fitted_share)
 }
 
 double
-estimateShare(const std::vector<PairLink>& links, double fitted_share)
+estimateShare(const std::vector<double>& probabilities_of_none, double fitted_share)
 {
   double share = fitted_share;
   for (int round = 0; round < kPriorRounds; ++round) {
     double sum = kPriorPairs * fitted_share;
-    for (const PairLink& link : links)
-      sum += shifted(link.probability_of_none, share, fitted_share);
-    share = std::clamp(sum / (static_cast<double>(links.size()) + kPriorPairs), 0.01, 0.99);
+    for (const double none : probabilities_of_none)
+      sum += shifted(none, share, fitted_share);
+    share = std::clamp(sum / (static_cast<double>(probabilities_of_none.size()) + kPriorPairs), 0.01, 0.99);
   }
   return share;
 }
@@ -166,16 +166,23 @@ HypothesisGraph
 weighHypotheses(const std::vector<PairLink>& links,
                 const std::vector<Eigen::Vector3d>& places,
                 const Decisions& decisions,
-                const MultiwayOptions& options)
+                const MultiwayOptions& options,
+                const ExcludedHypotheses& excluded)
 {
+  const auto isExcluded = [&](std::size_t k, std::size_t rank) { return excluded.count({k, rank}) > 0; };
+  std::vector<double> none(links.size()); // by the pairs alone, later in a building of this kind
+  for (std::size_t k = 0; k < links.size(); ++k) {
+    none[k] = links[k].probability_of_none;
+    for (std::size_t rank = 0; rank < links[k].hypotheses.size(); ++rank)
+      none[k] += isExcluded(k, rank) ? links[k].hypotheses[rank].probability : 0;
+  }
   HypothesisGraph graph;
-  graph.related_share = estimateShare(links, options.link.fitted_share);
-  std::vector<double> none(links.size(), 1);
+  graph.related_share = estimateShare(none, options.link.fitted_share);
   for (std::size_t k = 0; k < links.size(); ++k) {
     const PairLink& link = links[k];
     graph.first.push_back(graph.hypotheses.size());
-    const double any = 1 - link.probability_of_none;
-    const double related = shifted(link.probability_of_none, graph.related_share, options.link.fitted_share);
+    const double any = 1 - none[k];
+    const double related = shifted(none[k], graph.related_share, options.link.fitted_share);
     none[k] = 1 - related;
     for (std::size_t rank = 0; rank < link.hypotheses.size(); ++rank) {
       WeighedHypothesis h;
@@ -184,7 +191,7 @@ weighHypotheses(const std::vector<PairLink>& links,
       h.prior = any > 0 ? related * link.hypotheses[rank].probability / any : 0;
       if (isAccepted(decisions, link))
         h.prior = rank == 0 ? 1 : 0;
-      if (isRejected(decisions, link))
+      if (isRejected(decisions, link) || isExcluded(k, rank))
         h.prior = 0;
       h.belief = h.prior;
       graph.hypotheses.push_back(h);
@@ -210,6 +217,8 @@ weighHypotheses(const std::vector<PairLink>& links,
       for (std::size_t m = 0; m < loops[k].size(); ++m) {
         WeighedHypothesis& h = graph.hypotheses[graph.first[k] + m];
         h.loops = loops[k][m];
+        if (isExcluded(k, m))
+          continue;
         const double gain =
             std::clamp(options.choice.loop_weight * h.loops, -options.choice.loop_bound, options.choice.loop_bound);
         sum += h.belief = std::max(h.prior, kSmallest) * std::exp(gain);

@@ -20,6 +20,9 @@ struct Decisions {
   std::set<std::pair<int, int>> rejected;
 };
 
+/// Hypotheses that are left out, as (link, rank).
+using ExcludedHypotheses = std::set<std::pair<std::size_t, std::size_t>>;
+
 /// A pose of a pair, weighed against all other pairs.
 struct WeighedHypothesis {
   std::size_t link = 0; ///< in the list of links
@@ -55,11 +58,13 @@ areDistinct(const Eigen::Isometry3d& a,
  * not, and what the surer ones say counts more. False links that agree with each other by chance do not form loops;
  * places alike do, and are not found out here.
  * \param[in] links by source, then target, source < target \param[in] places of the sensors, in the scans' frames [m]
+ * \param[in] excluded what they claimed is counted as no shared place
  */
 HypothesisGraph
 weighHypotheses(const std::vector<PairLink>& links,
                 const std::vector<Eigen::Vector3d>& places,
                 const Decisions& decisions,
-                const MultiwayOptions& options);
+                const MultiwayOptions& options,
+                const ExcludedHypotheses& excluded = {});
 
 } // namespace pcl_ssfr

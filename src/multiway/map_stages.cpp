@@ -19,11 +19,16 @@
 #include <cmath>
 #include <map>
 #include <numeric>
+#include <set>
 #include <stdexcept>
 
 namespace pcl_ssfr {
 
 namespace {
+
+constexpr const char* kSureLinksContradict = "places here look alike: too many sure links contradict each other";
+constexpr const char* kGroupsContradict = "places here look alike: groups of scans contradict each other";
+constexpr const char* kSameStation = "places here look alike: it would stand where other scans do, and sees the same";
 
 /// Everything after linking, in order.
 class MapMaker {
@@ -57,34 +62,25 @@ public:
   run()
   {
     StageClock clock;
-    report("choose", 0, 3);
     checkDecisions();
-    const HypothesisGraph graph = weighHypotheses(links_, places_, input_.decisions, input_.options);
-    report("choose", 1, 3);
-    Assembly assembly = assemble(links_, graph, places_, evidence_, input_.decisions, names_, input_.options);
-    report("choose", 2, 3);
-    std::vector<std::string> reasons(names_.size());
-    separateHanging(assembly, graph, reasons);
-    report("choose", 3, 3);
-    map_.stages.push_back(clock.lap("choose", links_.size(), countParts(assembly)));
-    std::vector<Eigen::Isometry3d> graph_poses = assembly.poses;
-    adjustAll(assembly);
-    if (separateHanging(assembly, graph, reasons)) {
-      graph_poses = assembly.poses;
-      adjustAll(assembly);
+    Placement placed = choose({});
+    map_.stages.push_back(clock.lap("choose", links_.size(), countParts(placed.assembly)));
+    adjust(placed);
+    const std::set<int> in_doubt = findInDoubt(placed);
+    if (!in_doubt.empty()) { // once more, with what is nearly free of contradictions
+      placed = choose(findContradicting(in_doubt));
+      adjust(placed);
+      separateSameStations(placed, in_doubt);
     }
-    if (separateRivals(assembly, graph, reasons)) {
-      separateHanging(assembly, graph, reasons);
-      graph_poses = assembly.poses;
-      adjustAll(assembly);
-    }
-    bool is_apart = separateStoreys(assembly, graph, reasons);
-    is_apart = separateRefuted(assembly, graph, reasons) || is_apart;
-    is_apart = separateAlike(assembly, graph, reasons) || is_apart;
-    if (is_apart) {
-      graph_poses = assembly.poses;
-      adjustAll(assembly);
-    }
+    bool is_apart = separate(findRefuted(placed), kSureLinksContradict, placed);
+    is_apart = separate(findAlike(placed), kGroupsContradict, placed) || is_apart;
+    is_apart = separateStoreys(placed.assembly, placed.graph, placed.reasons) || is_apart;
+    if (is_apart)
+      adjustAnew(placed);
+    const Assembly& assembly = placed.assembly;
+    const HypothesisGraph& graph = placed.graph;
+    const std::vector<std::string>& reasons = placed.reasons;
+    const std::vector<Eigen::Isometry3d>& graph_poses = placed.graph_poses;
     map_.stages.push_back(clock.lap("adjust", names_.size(), countParts(assembly)));
     const ChosenMap chosen = {
         links_, graph, assembly, graph_poses, covariances_, fixedScans(assembly), reasons, places_, input_.decisions};
@@ -95,6 +91,134 @@ public:
   }
 
 private:
+  /// What became of the scans.
+  struct Placement {
+    HypothesisGraph graph;
+    Assembly assembly;
+    std::vector<std::string> reasons;           ///< why scans stand apart
+    std::vector<Eigen::Isometry3d> graph_poses; ///< before the joint adjustment
+  };
+
+  /// Scans of a part that are not to be trusted.
+  struct Doubt {
+    std::vector<int> scans;
+    std::string note;
+  };
+
+  /// Put the scans together, but not by the hypotheses that are excluded.
+  Placement
+  choose(const ExcludedHypotheses& excluded) const
+  {
+    report("choose", 0, 3);
+    Placement placed;
+    placed.graph = weighHypotheses(links_, places_, input_.decisions, input_.options, excluded);
+    report("choose", 1, 3);
+    placed.assembly = assemble(links_, placed.graph, places_, evidence_, input_.decisions, names_, input_.options);
+    report("choose", 2, 3);
+    placed.reasons.resize(names_.size());
+    separateHanging(placed.assembly, placed.graph, placed.reasons);
+    report("choose", 3, 3);
+    return placed;
+  }
+
+  /// Joint adjustment, and scans out that do not bear it.
+  void
+  adjust(Placement& placed)
+  {
+    adjustAnew(placed);
+    if (separateHanging(placed.assembly, placed.graph, placed.reasons))
+      adjustAnew(placed);
+    if (separateRivals(placed.assembly, placed.graph, placed.reasons)) {
+      separateHanging(placed.assembly, placed.graph, placed.reasons);
+      adjustAnew(placed);
+    }
+  }
+  void
+  adjustAnew(Placement& placed)
+  {
+    placed.graph_poses = placed.assembly.poses;
+    adjustAll(placed.assembly);
+  }
+
+  /// The scans of parts in which places look alike.
+  std::set<int>
+  findInDoubt(const Placement& placed) const
+  {
+    std::set<int> scans;
+    for (const auto& doubts : {findRefuted(placed), findAlike(placed)})
+      for (const Doubt& doubt : doubts)
+        scans.insert(doubt.scans.begin(), doubt.scans.end());
+    return scans;
+  }
+
+  /** \brief Hypotheses of the scans in doubt that put more than a very small share of what they match into free space.
+   *
+   * Furniture differs where walls are alike: a right pose contradicts nearly nothing, one of a place alike a few
+   * percent. That is no rule for all jobs, as cars leave and poses of pairs are not exact.
+   */
+  ExcludedHypotheses
+  findContradicting(const std::set<int>& scans) const
+  {
+    std::vector<std::pair<std::size_t, std::size_t>> all;
+    for (std::size_t k = 0; k < links_.size(); ++k)
+      if (scans.count(links_[k].source) + scans.count(links_[k].target) > 0 &&
+          input_.decisions.accepted.count({links_[k].source, links_[k].target}) == 0)
+        for (std::size_t rank = 0; rank < links_[k].hypotheses.size(); ++rank)
+          all.emplace_back(k, rank);
+    std::vector<char> is_out(all.size(), 0);
+    forEachInParallel(static_cast<std::int64_t>(all.size()), 1, threads_, [&](std::int64_t index) {
+      const auto [k, rank] = all[static_cast<std::size_t>(index)];
+      const PairLink& link = links_[k];
+      const PlacementEvidence e = evidence_(link.source, link.target, link.hypotheses[rank].T_target_source, 1);
+      is_out[static_cast<std::size_t>(index)] =
+          e.contradicted > input_.options.rival_groups.contradicted * e.matched ? 1 : 0;
+    });
+    ExcludedHypotheses excluded;
+    for (std::size_t n = 0; n < all.size(); ++n)
+      if (is_out[n])
+        excluded.insert(all[n]);
+    return excluded;
+  }
+
+  /// Of parts in doubt, put scans apart that stand where at least two others do and see the same.
+  void
+  separateSameStations(Placement& placed, const std::set<int>& in_doubt)
+  {
+    std::vector<int> out;
+    for (const auto& [part, members] : membersOf(placed.assembly)) {
+      if (isDecided(members) ||
+          std::none_of(members.begin(), members.end(), [&](int i) { return in_doubt.count(i) > 0; }))
+        continue;
+      std::vector<Eigen::Vector3d> stations;
+      for (const int i : members)
+        stations.push_back(placed.assembly.poses[static_cast<std::size_t>(i)] * places_[static_cast<std::size_t>(i)]);
+      const auto pairs = pairsOf(members);
+      const std::vector<int> found =
+          findSameStations(members, stations, pairs, evidenceOf(placed.assembly, members, pairs), input_.options);
+      if (!found.empty())
+        map_.notes.push_back(std::to_string(found.size()) + " scans (with " + name(found.front()) +
+                             ") would stand at one place and see the same, where places look alike: they are kept "
+                             "apart (approximate --poses or --accept decide)");
+      out.insert(out.end(), found.begin(), found.end());
+    }
+    if (!putApart(out, kSameStation, placed.assembly, placed.graph, placed.reasons))
+      return;
+    separateHanging(placed.assembly, placed.graph, placed.reasons);
+    adjustAnew(placed);
+  }
+
+  /// Put scans in doubt apart. \return whether there are any
+  bool
+  separate(const std::vector<Doubt>& doubts, const char* reason, Placement& placed) const
+  {
+    std::vector<int> out;
+    for (const Doubt& doubt : doubts) {
+      map_.notes.push_back(doubt.note);
+      out.insert(out.end(), doubt.scans.begin(), doubt.scans.end());
+    }
+    return putApart(out, reason, placed.assembly, placed.graph, placed.reasons);
+  }
+
   const PreparedScan&
   scan(int i) const
   {
@@ -197,7 +321,7 @@ private:
       reasons[static_cast<std::size_t>(i)] = reason;
     }
     chooseLinks(assembly, links_, graph, places_, input_.options.choice);
-    splitUnconnected(assembly, links_);
+    splitUnconnected(assembly, links_, graph, input_.options.choice);
     return true;
   }
 
@@ -321,57 +445,52 @@ private:
     });
   }
 
-  /// Take parts apart whose sure links contradict each other too often, unless a person has spoken. \return whether any
-  bool
-  separateRefuted(Assembly& assembly, const HypothesisGraph& graph, std::vector<std::string>& reasons) const
+  /// Parts whose sure links contradict each other too often, unless a person has spoken.
+  std::vector<Doubt>
+  findRefuted(const Placement& placed) const
   {
+    std::vector<Doubt> doubts;
     if (!input_.options.alias.check)
-      return false;
-    std::vector<int> out;
-    for (const auto& [part, members] : membersOf(assembly)) {
+      return doubts;
+    const ChoiceConfig& config = input_.options.choice;
+    for (const auto& [part, members] : membersOf(placed.assembly)) {
       if (members.size() < 2 || isDecided(members))
         continue;
-      const ChoiceConfig& config = input_.options.choice;
-      SureBy by = SureBy::Pair;
-      SureLinks sure = countSureLinks(assembly, links_, graph, part, by, config);
-      if (!isRefuted(sure, by, config)) {
-        by = SureBy::Loops;
-        sure = countSureLinks(assembly, links_, graph, part, by, config);
-      }
-      if (!isRefuted(sure, by, config))
-        continue;
-      map_.notes.push_back(std::to_string(sure.contradicted) + " of the " + std::to_string(sure.all) +
-                           " sure links of a part of " + std::to_string(members.size()) +
-                           " scans contradict it: places look alike there, so its scans are kept apart (approximate "
-                           "--poses or --accept decide)");
-      out.insert(out.end(), members.begin(), members.end());
+      SureLinks sure = countSureLinks(placed.assembly, links_, placed.graph, part, SureBy::Pair, config);
+      if (!isRefuted(sure, config))
+        sure = countSureLinks(placed.assembly, links_, placed.graph, part, SureBy::Loops, config);
+      if (isRefuted(sure, config))
+        doubts.push_back({members,
+                          std::to_string(sure.contradicted) + " of the " + std::to_string(sure.wrong.size()) +
+                              " sure links of a part of " + std::to_string(members.size()) +
+                              " scans contradict it: places look alike there, so its scans are kept apart "
+                              "(approximate --poses or --accept decide)"});
     }
-    return putApart(out, "places here look alike: too many sure links contradict each other", assembly, graph, reasons);
+    return doubts;
   }
 
-  /// Take parts apart in which groups of scans contradict each other, unless a person has spoken. \return whether any
-  bool
-  separateAlike(Assembly& assembly, const HypothesisGraph& graph, std::vector<std::string>& reasons) const
+  /// Parts in which groups of scans contradict each other, unless a person has spoken.
+  std::vector<Doubt>
+  findAlike(const Placement& placed) const
   {
+    std::vector<Doubt> doubts;
     if (!input_.options.alias.check)
-      return false;
-    std::vector<int> out;
-    for (const auto& [part, members] : membersOf(assembly)) {
+      return doubts;
+    for (const auto& [part, members] : membersOf(placed.assembly)) {
       if (members.size() < 4 || isDecided(members))
         continue;
       const auto pairs = pairsOf(members);
       const auto groups =
-          findRivalGroups(members, pairs, evidenceOf(assembly, members, pairs), input_.options.rival_groups);
-      if (!groups)
-        continue;
-      map_.notes.push_back(
-          std::to_string(groups->first.size()) + " and " + std::to_string(groups->second.size()) + " scans (with " +
-          name(groups->first.front()) + " and " + name(groups->second.front()) +
-          ") contradict each other more than among themselves: places look alike there, or changed between the scans, "
-          "so all scans of that part are kept apart (approximate --poses or --accept decide)");
-      out.insert(out.end(), members.begin(), members.end());
+          findRivalGroups(members, pairs, evidenceOf(placed.assembly, members, pairs), input_.options.rival_groups);
+      if (groups)
+        doubts.push_back({members,
+                          std::to_string(groups->first.size()) + " and " + std::to_string(groups->second.size()) +
+                              " scans (with " + name(groups->first.front()) + " and " + name(groups->second.front()) +
+                              ") contradict each other more than among themselves: places look alike there, or "
+                              "changed between the scans, so all scans of that part are kept apart (approximate "
+                              "--poses or --accept decide)"});
     }
-    return putApart(out, "places here look alike: groups of scans contradict each other", assembly, graph, reasons);
+    return doubts;
   }
 
   /** \brief Take parts apart that may be several storeys laid onto one another, unless a person has spoken.

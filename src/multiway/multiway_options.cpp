@@ -80,6 +80,11 @@ validate(const MultiwayOptions& options)
   requireOption(
       choice.rival_gain >= 1 && choice.rival_gain < 100, "choice.rival_gain", choice.rival_gain, "be 1 to 100");
   requireOption(choice.loose >= 1 && choice.loose < 10, "choice.loose", choice.loose, "be 1 or more, less than 10");
+  requireShare("alias.same_view", options.alias.same_view);
+  requireOption(options.alias.same_station >= 2,
+                "alias.same_station",
+                static_cast<double>(options.alias.same_station),
+                "be 2 or more");
   const RivalGroupsConfig& groups = options.rival_groups;
   requireShare("rival_groups.least_matched", groups.least_matched);
   requireShare("rival_groups.contradicted", groups.contradicted);

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstddef>
 #include <numeric>
+#include <set>
 
 namespace pcl_ssfr {
 
@@ -36,7 +37,10 @@ nextPart(const Assembly& assembly)
 }
 
 void
-splitUnconnected(Assembly& assembly, const std::vector<PairLink>& links)
+splitUnconnected(Assembly& assembly,
+                 const std::vector<PairLink>& links,
+                 const HypothesisGraph& graph,
+                 const ChoiceConfig& config)
 {
   std::vector<int> root(assembly.part.size());
   std::iota(root.begin(), root.end(), 0);
@@ -46,7 +50,8 @@ splitUnconnected(Assembly& assembly, const std::vector<PairLink>& links)
     return i;
   };
   for (std::size_t k = 0; k < links.size(); ++k)
-    if (assembly.used[k] >= 0) {
+    if (assembly.used[k] >= 0 &&
+        graph.hypotheses[graph.first[k] + static_cast<std::size_t>(assembly.used[k])].belief >= config.sure) {
       const int a = find(links[k].source), b = find(links[k].target);
       root[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
     }
@@ -90,6 +95,32 @@ findHanging(const std::vector<int>& members,
   return hanging;
 }
 
+std::vector<int>
+findSameStations(const std::vector<int>& members,
+                 const std::vector<Eigen::Vector3d>& stations,
+                 const std::vector<std::pair<int, int>>& pairs,
+                 const std::vector<PlacementEvidence>& evidence,
+                 const MultiwayOptions& options)
+{
+  std::map<int, Eigen::Vector3d> station;
+  for (std::size_t m = 0; m < members.size(); ++m)
+    station[members[m]] = stations[m];
+  std::map<int, std::set<int>> same; // of each scan: itself and those that stand where it does
+  for (std::size_t k = 0; k < pairs.size(); ++k) {
+    const auto [i, j] = pairs[k];
+    if (!(evidence[k].matched >= options.alias.same_view * evidence[k].total) ||
+        (station[i] - station[j]).norm() >= options.choice.rival_translation)
+      continue;
+    same[i].insert({i, j});
+    same[j].insert({i, j});
+  }
+  std::set<int> found;
+  for (const auto& [i, scans] : same)
+    if (scans.size() >= options.alias.same_station)
+      found.insert(scans.begin(), scans.end());
+  return {found.begin(), found.end()};
+}
+
 bool
 isClear(const PlaceOdds& chosen, const PlaceOdds& rival, const ChoiceConfig& config)
 {
@@ -114,13 +145,8 @@ countSureLinks(const Assembly& assembly,
     if (assembly.part[static_cast<std::size_t>(link.source)] != part &&
         assembly.part[static_cast<std::size_t>(link.target)] != part)
       continue;
-    const auto first = graph.hypotheses.begin();
-    if (std::none_of(first + static_cast<std::ptrdiff_t>(graph.first[k]),
-                     first + static_cast<std::ptrdiff_t>(graph.first[k + 1]),
-                     [](const WeighedHypothesis& h) { return h.prior > 0; }))
-      continue; // a person rejected it
     std::size_t rank = 0;
-    bool is_sure = link.status == Status::Converged && link.confidence >= config.lone;
+    double sureness = link.status == Status::Converged && link.confidence >= config.lone ? link.confidence : 0;
     if (by == SureBy::Loops) {
       double belief = 0;
       for (std::size_t h = graph.first[k]; h < graph.first[k + 1]; ++h)
@@ -128,28 +154,28 @@ countSureLinks(const Assembly& assembly,
           belief = graph.hypotheses[h].belief;
           rank = graph.hypotheses[h].rank;
         }
-      is_sure = belief > 0 && belief >= config.clear_odds * (1 - belief);
+      sureness = belief >= config.clear_odds * (1 - belief) ? belief : 0;
     }
-    if (!is_sure)
+    if (!(sureness > 0) || link.hypotheses.empty() || !(graph.hypotheses[graph.first[k] + rank].prior > 0))
       continue;
-    ++count.all;
+    count.wrong.push_back(std::max(1 - sureness, 1 / (1 + config.clear_odds)));
     count.contradicted += assembly.used[k] == static_cast<int>(rank) ? 0 : 1;
   }
   return count;
 }
 
 bool
-isRefuted(const SureLinks& links, SureBy by, const ChoiceConfig& config)
+isRefuted(const SureLinks& links, const ChoiceConfig& config)
 {
-  const double wrong = by == SureBy::Pair ? 1 - config.lone : 1 / (1 + config.clear_odds);
-  // The upper tail of the binomial distribution: all but its first terms.
-  double term = std::pow(1 - wrong, links.all);
-  double fewer = 0;
-  for (int k = 0; k < links.contradicted; ++k) {
-    fewer += term;
-    term *= wrong / (1 - wrong) * (links.all - k) / (k + 1);
+  std::vector<double> chance = {1}; // of each number of wrong links
+  for (const double wrong : links.wrong) {
+    chance.push_back(0);
+    for (std::size_t n = chance.size() - 1; n > 0; --n)
+      chance[n] = chance[n] * (1 - wrong) + chance[n - 1] * wrong;
+    chance[0] *= 1 - wrong;
   }
-  return 1 - fewer < 1 / config.clear_odds;
+  const auto from = chance.begin() + links.contradicted;
+  return links.contradicted > 0 && std::accumulate(from, chance.end(), 0.0) < 1 / config.clear_odds;
 }
 
 } // namespace pcl_ssfr

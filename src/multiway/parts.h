@@ -22,9 +22,12 @@ pairsOf(const std::vector<int>& members);
 /// A number that no part has.
 int
 nextPart(const Assembly& assembly);
-/// Pieces of a part that no used links connect any more become parts of their own.
+/// Pieces of a part that no used links of a belief of ChoiceConfig::sure connect any more become parts of their own.
 void
-splitUnconnected(Assembly& assembly, const std::vector<PairLink>& links);
+splitUnconnected(Assembly& assembly,
+                 const std::vector<PairLink>& links,
+                 const HypothesisGraph& graph,
+                 const ChoiceConfig& config);
 
 /** \brief Scans of a part that hang in what the others saw to be free: each against all others, the worst one first,
  * until none that is left contradicts more than it matches. \param[in] pairs all of \p members, with their evidence
@@ -35,6 +38,19 @@ findHanging(const std::vector<int>& members,
             const std::vector<std::pair<int, int>>& pairs,
             const std::vector<PlacementEvidence>& evidence,
             double contradiction_weight);
+
+/** \brief Scans of a part that stand at one place, at least AliasConfig::same_station of them, and see the same.
+ *
+ * Nobody sets up a scanner there so often: rooms alike, scanned from the same place, are laid onto one another.
+ * \param[in] stations places of the sensors of \p members in the map [m]
+ * \param[in] pairs of \p members, with their evidence \return ascending
+ */
+std::vector<int>
+findSameStations(const std::vector<int>& members,
+                 const std::vector<Eigen::Vector3d>& stations,
+                 const std::vector<std::pair<int, int>>& pairs,
+                 const std::vector<PlacementEvidence>& evidence,
+                 const MultiwayOptions& options);
 
 /// A place for a scan: the sum of the beliefs of the links that say so, and the score of all surfaces there.
 struct PlaceOdds {
@@ -50,12 +66,12 @@ isClear(const PlaceOdds& chosen, const PlaceOdds& rival, const ChoiceConfig& con
 
 /// What became of the sure links that touch a part.
 struct SureLinks {
-  int all = 0;
-  int contradicted = 0; ///< the map has another pose of the pair, or its other scan is not of the part
+  std::vector<double> wrong; ///< of each, the probability of being wrong that it claims, clear_odds at the least
+  int contradicted = 0;      ///< the map has another pose of the pair, or its other scan is not of the part
 };
 /// Which links are sure: by their pairs alone those of at least ChoiceConfig::lone, with the loops those whose belief
 /// has odds of clear_odds. Loops of places alike make links sure that pairs alone were not, and the other way round.
-/// Links that a person rejected, whose hypotheses all have a prior of 0, do not count.
+/// Links whose best hypothesis was rejected or excluded, with a prior of 0, do not count.
 enum class SureBy { Pair, Loops };
 SureLinks
 countSureLinks(const Assembly& assembly,
@@ -65,11 +81,11 @@ countSureLinks(const Assembly& assembly,
                SureBy by,
                const ChoiceConfig& config);
 /** \brief Whether so many sure links are contradicted that they cannot be as sure as they claim: by chance, each wrong
- * at the rate that it claims at most, as many or more would be in less than one of clear_odds parts.
+ * with the probability that it claims, as many or more would be in less than one of clear_odds parts.
  *
  * Then places look alike. Links of places alike err together and close loops, so what agrees proves nothing either.
  */
 bool
-isRefuted(const SureLinks& links, SureBy by, const ChoiceConfig& config);
+isRefuted(const SureLinks& links, const ChoiceConfig& config);
 
 } // namespace pcl_ssfr

@@ -84,6 +84,8 @@ struct AliasConfig {
   double same_level = 0.35;       ///< [m] sensors within this height are on one level
   std::size_t least_level = 3;    ///< scans that make a level
   double off_level = 0.4;         ///< [m] more than two steps of a stair
+  double same_view = 0.8;         ///< share of the surface of two scans that meets, from which on they see the same
+  std::size_t same_station = 3;   ///< scans that see the same within ChoiceConfig::rival_translation: rooms alike
   double storey = 4.5;            ///< [m] the way to the next level is shorter than this
 };
 
