@@ -66,8 +66,9 @@ isClear(const PlaceOdds& chosen, const PlaceOdds& rival, const ChoiceConfig& con
 
 /// What became of the sure links that touch a part.
 struct SureLinks {
-  std::vector<double> wrong; ///< of each, the probability of being wrong that it claims, clear_odds at the least
-  int contradicted = 0;      ///< the map has another pose of the pair, or its other scan is not of the part
+  std::vector<double>
+      wrong;            ///< of each, the probability of being wrong that it claims, 1 / (1 + clear_odds) at the least
+  int contradicted = 0; ///< the map has another pose of the pair, or its other scan is not of the part
 };
 /// Which links are sure: by their pairs alone those of at least ChoiceConfig::lone, with the loops those whose belief
 /// has odds of clear_odds. Loops of places alike make links sure that pairs alone were not, and the other way round.
