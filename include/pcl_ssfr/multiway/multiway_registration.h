@@ -35,9 +35,10 @@ struct PosePrior {
 
 /** \brief Many scans, one map: unordered scans in, a consistent set of poses with covariances out.
  *
- * Stages: every scan is prepared once and its points are let go; all pairs are linked, several poses each; the most
- * probable consistent ones are chosen and verified against all scans; pose graph and joint adjustment over the surfaces
- * make them exact. What no sure evidence connects stays apart. Same scans, same bits, for any number of threads.
+ * Stages: every scan is prepared once and its points are let go; all pairs (of many scans those that are likely to
+ * share a place: MultiwayOptions::pairs) are linked, several poses each; the most probable consistent ones are chosen
+ * and verified against all scans; pose graph and joint adjustment over the surfaces make them exact. What no sure
+ * evidence connects stays apart. Same scans, same bits, for any number of threads.
  *
  * \code
  *   pcl_ssfr::MultiwayRegistration registration;
