@@ -10,10 +10,9 @@
 #include "multiway/joint_adjustment.h"
 #include "multiway/map_report.h"
 #include "multiway/parts.h"
-#include "multiway/rival_groups.h"
+#include "multiway/placed_evidence.h"
+#include "multiway/places_alike.h"
 #include "multiway/scan_pair.h"
-#include "multiway/storeys.h"
-#include "profiles/prepared_data.h"
 
 #include <algorithm>
 #include <cmath>
@@ -26,9 +25,15 @@ namespace pcl_ssfr {
 
 namespace {
 
-constexpr const char* kSureLinksContradict = "places here look alike: too many sure links contradict each other";
-constexpr const char* kGroupsContradict = "places here look alike: groups of scans contradict each other";
-constexpr const char* kSameStation = "places here look alike: it would stand where other scans do, and sees the same";
+/// Where the sensors are, in the frames of their scans [m].
+std::vector<Eigen::Vector3d>
+placesOf(const MapInput& input, const MultiwayMap& map)
+{
+  std::vector<Eigen::Vector3d> places;
+  for (std::size_t i = 0; i < map.scans.size(); ++i)
+    places.push_back(map.scans[i].usable ? placeOf(input.prepared[i]) : Eigen::Vector3d::Zero());
+  return places;
+}
 
 /// Everything after linking, in order.
 class MapMaker {
@@ -37,25 +42,11 @@ public:
            const std::vector<PairLink>& links,
            MultiwayMap& map,
            const MultiwayRegistration::Progress& progress)
-      : input_(input), links_(links), map_(map), progress_(progress), threads_(static_cast<int>(input.options.threads))
+      : input_(input), links_(links), map_(map), progress_(progress), threads_(static_cast<int>(input.options.threads)),
+        places_(placesOf(input, map)), evidence_(input, map, places_), alike_(input, links, map, places_, evidence_)
   {
-    for (std::size_t i = 0; i < map.scans.size(); ++i) {
-      names_.push_back(map.scans[i].name);
-      places_.push_back(map.scans[i].usable ? placeOf(input.prepared[i]) : Eigen::Vector3d::Zero());
-    }
-    for (std::size_t i = 0; i < map.scans.size() && input.is_large; ++i)
-      sights_.push_back(map.scans[i].usable ? sightOf(input.prepared[i]) : SightOfScan());
-    evidence_ = [this](int source, int target, const Eigen::Isometry3d& T, double looseness) {
-      if (input_.is_large) {
-        const auto s = static_cast<std::size_t>(source), t = static_cast<std::size_t>(target);
-        if ((T * places_[s] - places_[t]).norm() > sights_[s].reach + sights_[t].reach) {
-          PlacementEvidence nothing;
-          nothing.total = sights_[s].total + sights_[t].total;
-          return nothing;
-        }
-      }
-      return evidenceAt(scan(source), scan(target), T, input_.options, looseness);
-    };
+    for (const MapScan& scan : map.scans)
+      names_.push_back(scan.name);
   }
 
   void
@@ -66,15 +57,28 @@ public:
     Placement placed = choose({});
     map_.stages.push_back(clock.lap("choose", links_.size(), countParts(placed.assembly)));
     adjust(placed);
-    const std::set<int> in_doubt = findInDoubt(placed);
+    const std::set<int> in_doubt = alike_.inDoubt(placed.assembly, placed.graph);
     if (!in_doubt.empty()) { // once more, with what is nearly free of contradictions
-      placed = choose(findContradicting(in_doubt));
+      placed = choose(alike_.contradicting(in_doubt));
       adjust(placed);
-      separateSameStations(placed, in_doubt);
+      if (separate(alike_.sameStations(placed.assembly, in_doubt),
+                   "places here look alike: it would stand where other scans do, and sees the same",
+                   placed)) {
+        separateHanging(placed.assembly, placed.graph, placed.reasons);
+        adjustAnew(placed);
+      }
     }
-    bool is_apart = separate(findRefuted(placed), kSureLinksContradict, placed);
-    is_apart = separate(findAlike(placed), kGroupsContradict, placed) || is_apart;
-    is_apart = separateStoreys(placed.assembly, placed.graph, placed.reasons) || is_apart;
+    bool is_apart = separate(alike_.refuted(placed.assembly, placed.graph),
+                             "places here look alike: too many sure links contradict each other",
+                             placed);
+    is_apart = separate(alike_.rivalGroups(placed.assembly),
+                        "places here look alike: groups of scans contradict each other",
+                        placed) ||
+               is_apart;
+    is_apart = separate(alike_.storeys(placed.assembly),
+                        "it may be of a storey that only looks like the one of the scans it is linked to",
+                        placed) ||
+               is_apart;
     if (is_apart)
       adjustAnew(placed);
     const Assembly& assembly = placed.assembly;
@@ -99,21 +103,18 @@ private:
     std::vector<Eigen::Isometry3d> graph_poses; ///< before the joint adjustment
   };
 
-  /// Scans of a part that are not to be trusted.
-  struct Doubt {
-    std::vector<int> scans;
-    std::string note;
-  };
-
   /// Put the scans together, but not by the hypotheses that are excluded.
   Placement
-  choose(const ExcludedHypotheses& excluded) const
+  choose(const ExcludedHypotheses& excluded)
   {
     report("choose", 0, 3);
     Placement placed;
     placed.graph = weighHypotheses(links_, places_, input_.decisions, input_.options, excluded);
     report("choose", 1, 3);
-    placed.assembly = assemble(links_, placed.graph, places_, evidence_, input_.decisions, names_, input_.options);
+    const EvidenceFunction evidence = [this](int source, int target, const Eigen::Isometry3d& T, double looseness) {
+      return evidence_.at(source, target, T, looseness);
+    };
+    placed.assembly = assemble(links_, placed.graph, places_, evidence, input_.decisions, names_, input_.options);
     report("choose", 2, 3);
     placed.reasons.resize(names_.size());
     separateHanging(placed.assembly, placed.graph, placed.reasons);
@@ -138,73 +139,6 @@ private:
   {
     placed.graph_poses = placed.assembly.poses;
     adjustAll(placed.assembly);
-  }
-
-  /// The scans of parts in which places look alike.
-  std::set<int>
-  findInDoubt(const Placement& placed) const
-  {
-    std::set<int> scans;
-    for (const auto& doubts : {findRefuted(placed), findAlike(placed)})
-      for (const Doubt& doubt : doubts)
-        scans.insert(doubt.scans.begin(), doubt.scans.end());
-    return scans;
-  }
-
-  /** \brief Hypotheses of the scans in doubt that put more than a very small share of what they match into free space.
-   *
-   * Furniture differs where walls are alike: a right pose contradicts nearly nothing, one of a place alike a few
-   * percent. That is no rule for all jobs, as cars leave and poses of pairs are not exact.
-   */
-  ExcludedHypotheses
-  findContradicting(const std::set<int>& scans) const
-  {
-    std::vector<std::pair<std::size_t, std::size_t>> all;
-    for (std::size_t k = 0; k < links_.size(); ++k)
-      if (scans.count(links_[k].source) + scans.count(links_[k].target) > 0 &&
-          input_.decisions.accepted.count({links_[k].source, links_[k].target}) == 0)
-        for (std::size_t rank = 0; rank < links_[k].hypotheses.size(); ++rank)
-          all.emplace_back(k, rank);
-    std::vector<char> is_out(all.size(), 0);
-    forEachInParallel(static_cast<std::int64_t>(all.size()), 1, threads_, [&](std::int64_t index) {
-      const auto [k, rank] = all[static_cast<std::size_t>(index)];
-      const PairLink& link = links_[k];
-      const PlacementEvidence e = evidence_(link.source, link.target, link.hypotheses[rank].T_target_source, 1);
-      is_out[static_cast<std::size_t>(index)] =
-          e.contradicted > input_.options.rival_groups.contradicted * e.matched ? 1 : 0;
-    });
-    ExcludedHypotheses excluded;
-    for (std::size_t n = 0; n < all.size(); ++n)
-      if (is_out[n])
-        excluded.insert(all[n]);
-    return excluded;
-  }
-
-  /// Of parts in doubt, put scans apart that stand where at least two others do and see the same.
-  void
-  separateSameStations(Placement& placed, const std::set<int>& in_doubt)
-  {
-    std::vector<int> out;
-    for (const auto& [part, members] : membersOf(placed.assembly)) {
-      if (isDecided(members) ||
-          std::none_of(members.begin(), members.end(), [&](int i) { return in_doubt.count(i) > 0; }))
-        continue;
-      std::vector<Eigen::Vector3d> stations;
-      for (const int i : members)
-        stations.push_back(placed.assembly.poses[static_cast<std::size_t>(i)] * places_[static_cast<std::size_t>(i)]);
-      const auto pairs = pairsOf(members);
-      const std::vector<int> found =
-          findSameStations(members, stations, pairs, evidenceOf(placed.assembly, members, pairs), input_.options);
-      if (!found.empty())
-        map_.notes.push_back(std::to_string(found.size()) + " scans (with " + name(found.front()) +
-                             ") would stand at one place and see the same, where places look alike: they are kept "
-                             "apart (approximate --poses or --accept decide)");
-      out.insert(out.end(), found.begin(), found.end());
-    }
-    if (!putApart(out, kSameStation, placed.assembly, placed.graph, placed.reasons))
-      return;
-    separateHanging(placed.assembly, placed.graph, placed.reasons);
-    adjustAnew(placed);
   }
 
   /// Put scans in doubt apart. \return whether there are any
@@ -273,37 +207,6 @@ private:
     return fixed;
   }
 
-  /// What the surfaces of all pairs of a part say, in the order of the pairs; valid until it is called again for the
-  /// part. Stages ask again before anything has moved: for n scans that is n^2 / 2 looks at two scans.
-  const std::vector<PlacementEvidence>&
-  evidenceOf(const Assembly& assembly,
-             const std::vector<int>& members,
-             const std::vector<std::pair<int, int>>& pairs) const
-  {
-    PartEvidence& known = known_evidence_[members.front()];
-    std::vector<Eigen::Isometry3d> poses;
-    poses.reserve(members.size());
-    for (const int i : members)
-      poses.push_back(assembly.poses[static_cast<std::size_t>(i)]);
-    const auto isSame = [](const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) { return a.matrix() == b.matrix(); };
-    if (known.members == members && std::equal(poses.begin(), poses.end(), known.poses.begin(), isSame))
-      return known.evidence;
-    known.members = members;
-    known.poses = std::move(poses);
-    known.evidence.assign(pairs.size(), {});
-    forEachInParallel(static_cast<std::int64_t>(pairs.size()), 1, threads_, [&](std::int64_t index) {
-      const auto k = static_cast<std::size_t>(index);
-      const auto [i, j] = pairs[k];
-      known.evidence[k] = evidence_(i, j, relative(assembly, i, j), 1);
-    });
-    return known.evidence;
-  }
-  static Eigen::Isometry3d
-  relative(const Assembly& assembly, int source, int target)
-  {
-    return assembly.poses[static_cast<std::size_t>(target)].inverse() *
-           assembly.poses[static_cast<std::size_t>(source)];
-  }
   /** \brief Put scans apart, each into a part of its own, for one reason; the links of all are chosen anew.
    * \return whether there are any
    */
@@ -329,15 +232,15 @@ private:
    * others of its part, the worst one first. \return whether any was
    */
   bool
-  separateHanging(Assembly& assembly, const HypothesisGraph& graph, std::vector<std::string>& reasons) const
+  separateHanging(Assembly& assembly, const HypothesisGraph& graph, std::vector<std::string>& reasons)
   {
     std::vector<int> out;
     for (const auto& [part, members] : membersOf(assembly)) {
       if (members.size() < 2)
         continue;
       const auto pairs = pairsOf(members);
-      const std::vector<int> hanging =
-          findHanging(members, pairs, evidenceOf(assembly, members, pairs), input_.options.choice.contradiction_weight);
+      const std::vector<int> hanging = findHanging(
+          members, pairs, evidence_.of(assembly, members, pairs), input_.options.choice.contradiction_weight);
       out.insert(out.end(), hanging.begin(), hanging.end());
     }
     return putApart(out,
@@ -354,10 +257,10 @@ private:
     PlacementEvidence sum;
     for (const int other : members)
       if (other != which)
-        sum += evidence_(which,
-                         other,
-                         assembly.poses[static_cast<std::size_t>(other)].inverse() * pose,
-                         input_.options.choice.loose);
+        sum += evidence_.at(which,
+                            other,
+                            assembly.poses[static_cast<std::size_t>(other)].inverse() * pose,
+                            input_.options.choice.loose);
     return sum.total > 0 ? (sum.matched - input_.options.choice.contradiction_weight * sum.contradicted) / sum.total
                          : 0;
   }
@@ -433,121 +336,6 @@ private:
     });
   }
 
-  /// Whether a person said where a scan of the part is.
-  bool
-  isDecided(const std::vector<int>& members) const
-  {
-    return std::any_of(members.begin(), members.end(), [&](int i) {
-      return input_.priors[static_cast<std::size_t>(i)].has_value() ||
-             std::any_of(input_.decisions.accepted.begin(), input_.decisions.accepted.end(), [&](const auto& pair) {
-               return pair.first == i || pair.second == i;
-             });
-    });
-  }
-
-  /// Parts whose sure links contradict each other too often, unless a person has spoken.
-  std::vector<Doubt>
-  findRefuted(const Placement& placed) const
-  {
-    std::vector<Doubt> doubts;
-    if (!input_.options.alias.check)
-      return doubts;
-    const ChoiceConfig& config = input_.options.choice;
-    for (const auto& [part, members] : membersOf(placed.assembly)) {
-      if (members.size() < 2 || isDecided(members))
-        continue;
-      SureLinks sure = countSureLinks(placed.assembly, links_, placed.graph, part, SureBy::Pair, config);
-      if (!isRefuted(sure, config))
-        sure = countSureLinks(placed.assembly, links_, placed.graph, part, SureBy::Loops, config);
-      if (isRefuted(sure, config))
-        doubts.push_back({members,
-                          std::to_string(sure.contradicted) + " of the " + std::to_string(sure.wrong.size()) +
-                              " sure links of a part of " + std::to_string(members.size()) +
-                              " scans contradict it: places look alike there, so its scans are kept apart "
-                              "(approximate --poses or --accept decide)"});
-    }
-    return doubts;
-  }
-
-  /// Parts in which groups of scans contradict each other, unless a person has spoken.
-  std::vector<Doubt>
-  findAlike(const Placement& placed) const
-  {
-    std::vector<Doubt> doubts;
-    if (!input_.options.alias.check)
-      return doubts;
-    for (const auto& [part, members] : membersOf(placed.assembly)) {
-      if (members.size() < 4 || isDecided(members))
-        continue;
-      const auto pairs = pairsOf(members);
-      const auto groups =
-          findRivalGroups(members, pairs, evidenceOf(placed.assembly, members, pairs), input_.options.rival_groups);
-      if (groups)
-        doubts.push_back({members,
-                          std::to_string(groups->first.size()) + " and " + std::to_string(groups->second.size()) +
-                              " scans (with " + name(groups->first.front()) + " and " + name(groups->second.front()) +
-                              ") contradict each other more than among themselves: places look alike there, or "
-                              "changed between the scans, so all scans of that part are kept apart (approximate "
-                              "--poses or --accept decide)"});
-    }
-    return doubts;
-  }
-
-  /** \brief Take parts apart that may be several storeys laid onto one another, unless a person has spoken.
-   *
-   * The scans of the storey stand alone then; those on the ways up and down stay together where links hold them.
-   */
-  bool
-  separateStoreys(Assembly& assembly, const HypothesisGraph& graph, std::vector<std::string>& reasons) const
-  {
-    if (!input_.options.alias.check)
-      return false;
-    std::vector<int> out;
-    std::size_t usable = 0;
-    for (std::size_t i = 0; i < names_.size(); ++i)
-      usable += map_.scans[i].usable && input_.original[i] == static_cast<int>(i) ? 1 : 0;
-    for (const auto& [part, members] : membersOf(assembly)) {
-      if (members.size() < 2 || isDecided(members))
-        continue;
-      std::vector<StoreyScan> scans;
-      for (const int i : members) {
-        const auto& patches = std::get<PatchScan>(scan(i).data().scan);
-        StoreyScan storey;
-        storey.surface = &patches.patches.samples;
-        storey.T_map_surface = assembly.poses[static_cast<std::size_t>(i)] * Eigen::Translation3d(patches.origin);
-        storey.place = assembly.poses[static_cast<std::size_t>(i)] * places_[static_cast<std::size_t>(i)];
-        scans.push_back(storey);
-      }
-      const std::optional<Eigen::Vector3d> up = upOf(assembly, members, scans);
-      const std::optional<StoreyDoubt> doubt =
-          up ? findStoreyDoubt(scans, *up, members.size() < usable, input_.options.alias) : std::nullopt;
-      if (!doubt)
-        continue;
-      map_.notes.push_back(
-          "a storey of " + std::to_string(doubt->level.size()) +
-          " scans may be several that look alike, laid onto one another: stairs lead from it to no other level, and no "
-          "scan tells the storeys apart; its scans are kept apart (approximate --poses or --accept decide)");
-      for (const std::size_t k : doubt->level)
-        out.push_back(members[k]);
-    }
-    return putApart(out,
-                    "it may be of a storey that only looks like the one of the scans it is linked to",
-                    assembly,
-                    graph,
-                    reasons);
-  }
-
-  std::optional<Eigen::Vector3d>
-  upOf(const Assembly& assembly, const std::vector<int>& members, const std::vector<StoreyScan>& scans) const
-  {
-    if (!input_.options.gravity)
-      return findUp(scans, input_.options.alias);
-    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-    for (const int i : members)
-      sum += assembly.poses[static_cast<std::size_t>(i)].linear() * input_.options.gravity->normalized();
-    return sum.norm() > 0 ? std::optional<Eigen::Vector3d>(sum.normalized()) : std::nullopt;
-  }
-
   void
   adjustAll(Assembly& assembly)
   {
@@ -569,7 +357,7 @@ private:
   adjustPart(Assembly& assembly, const std::vector<int>& members, const std::vector<int>& fixed)
   {
     const auto pairs = pairsOf(members);
-    const std::vector<PlacementEvidence>& evidence = evidenceOf(assembly, members, pairs);
+    const std::vector<PlacementEvidence>& evidence = evidence_.of(assembly, members, pairs);
     std::map<std::pair<int, int>, char> linked;
     for (std::size_t k = 0; k < links_.size(); ++k)
       if (assembly.used[k] >= 0)
@@ -622,15 +410,9 @@ private:
   const MultiwayRegistration::Progress& progress_;
   int threads_;
   std::vector<std::string> names_;
-  std::vector<Eigen::Vector3d> places_;
-  std::vector<SightOfScan> sights_; ///< of a large job
-  EvidenceFunction evidence_;
-  struct PartEvidence {
-    std::vector<int> members;
-    std::vector<Eigen::Isometry3d> poses; ///< of the members, that the evidence is of
-    std::vector<PlacementEvidence> evidence;
-  };
-  mutable std::map<int, PartEvidence> known_evidence_; ///< of parts, by their first scan
+  std::vector<Eigen::Vector3d> places_; ///< of the sensors in the frames of their scans [m]
+  PlacedEvidence evidence_;
+  PlacesAlike alike_;
   std::vector<Eigen::Matrix<double, 6, 6>> covariances_;
   double squares_before_ = 0, squares_ = 0, weight_ = 0;
 };

@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#include "multiway/places_alike.h"
+
+#include "common/parallel.h"
+#include "multiway/parts.h"
+#include "multiway/rival_groups.h"
+#include "profiles/prepared_data.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <utility>
+#include <variant>
+
+namespace pcl_ssfr {
+
+PlacesAlike::PlacesAlike(const MapInput& input,
+                         const std::vector<PairLink>& links,
+                         const MultiwayMap& map,
+                         const std::vector<Eigen::Vector3d>& places,
+                         PlacedEvidence& evidence)
+    : input_(input), links_(links), map_(map), places_(places), evidence_(evidence)
+{}
+
+std::set<int>
+PlacesAlike::inDoubt(const Assembly& assembly, const HypothesisGraph& graph) const
+{
+  std::set<int> scans;
+  for (const auto& doubts : {refuted(assembly, graph), rivalGroups(assembly)})
+    for (const Doubt& doubt : doubts)
+      scans.insert(doubt.scans.begin(), doubt.scans.end());
+  return scans;
+}
+
+ExcludedHypotheses
+PlacesAlike::contradicting(const std::set<int>& in_doubt) const
+{
+  std::vector<std::pair<std::size_t, std::size_t>> all;
+  for (std::size_t k = 0; k < links_.size(); ++k)
+    if (in_doubt.count(links_[k].source) + in_doubt.count(links_[k].target) > 0 &&
+        input_.decisions.accepted.count({links_[k].source, links_[k].target}) == 0)
+      for (std::size_t rank = 0; rank < links_[k].hypotheses.size(); ++rank)
+        all.emplace_back(k, rank);
+  std::vector<char> is_out(all.size(), 0);
+  const auto threads = static_cast<int>(input_.options.threads);
+  forEachInParallel(static_cast<std::int64_t>(all.size()), 1, threads, [&](std::int64_t index) {
+    const auto [k, rank] = all[static_cast<std::size_t>(index)];
+    const PairLink& link = links_[k];
+    const PlacementEvidence e = evidence_.at(link.source, link.target, link.hypotheses[rank].T_target_source, 1);
+    is_out[static_cast<std::size_t>(index)] =
+        e.contradicted > input_.options.rival_groups.contradicted * e.matched ? 1 : 0;
+  });
+  ExcludedHypotheses excluded;
+  for (std::size_t n = 0; n < all.size(); ++n)
+    if (is_out[n])
+      excluded.insert(all[n]);
+  return excluded;
+}
+
+std::vector<Doubt>
+PlacesAlike::refuted(const Assembly& assembly, const HypothesisGraph& graph) const
+{
+  std::vector<Doubt> doubts;
+  if (!input_.options.alias.check)
+    return doubts;
+  const ChoiceConfig& config = input_.options.choice;
+  for (const auto& [part, members] : membersOf(assembly)) {
+    if (members.size() < 2 || isDecided(members))
+      continue;
+    SureLinks sure = countSureLinks(assembly, links_, graph, part, SureBy::Pair, config);
+    if (!isRefuted(sure, config))
+      sure = countSureLinks(assembly, links_, graph, part, SureBy::Loops, config);
+    if (isRefuted(sure, config))
+      doubts.push_back({members,
+                        std::to_string(sure.contradicted) + " of the " + std::to_string(sure.wrong.size()) +
+                            " sure links of a part of " + std::to_string(members.size()) +
+                            " scans contradict it: places look alike there, so its scans are kept apart "
+                            "(approximate --poses or --accept decide)"});
+  }
+  return doubts;
+}
+
+std::vector<Doubt>
+PlacesAlike::rivalGroups(const Assembly& assembly) const
+{
+  std::vector<Doubt> doubts;
+  if (!input_.options.alias.check)
+    return doubts;
+  for (const auto& [part, members] : membersOf(assembly)) {
+    if (members.size() < 4 || isDecided(members))
+      continue;
+    const auto pairs = pairsOf(members);
+    const auto groups =
+        findRivalGroups(members, pairs, evidence_.of(assembly, members, pairs), input_.options.rival_groups);
+    if (groups)
+      doubts.push_back({members,
+                        std::to_string(groups->first.size()) + " and " + std::to_string(groups->second.size()) +
+                            " scans (with " + name(groups->first.front()) + " and " + name(groups->second.front()) +
+                            ") contradict each other more than among themselves: places look alike there, or changed "
+                            "between the scans, so all scans of that part are kept apart (approximate --poses or "
+                            "--accept decide)"});
+  }
+  return doubts;
+}
+
+std::vector<Doubt>
+PlacesAlike::sameStations(const Assembly& assembly, const std::set<int>& in_doubt) const
+{
+  std::vector<Doubt> doubts;
+  for (const auto& [part, members] : membersOf(assembly)) {
+    if (isDecided(members) ||
+        std::none_of(members.begin(), members.end(), [&](int i) { return in_doubt.count(i) > 0; }))
+      continue;
+    std::vector<Eigen::Vector3d> stations;
+    for (const int i : members)
+      stations.push_back(assembly.poses[static_cast<std::size_t>(i)] * places_[static_cast<std::size_t>(i)]);
+    const auto pairs = pairsOf(members);
+    const std::vector<int> found =
+        findSameStations(members, stations, pairs, evidence_.of(assembly, members, pairs), input_.options);
+    if (!found.empty())
+      doubts.push_back({found,
+                        std::to_string(found.size()) + " scans (with " + name(found.front()) +
+                            ") would stand at one place and see the same, where places look alike: they are kept "
+                            "apart (approximate --poses or --accept decide)"});
+  }
+  return doubts;
+}
+
+std::vector<Doubt>
+PlacesAlike::storeys(const Assembly& assembly) const
+{
+  std::vector<Doubt> doubts;
+  if (!input_.options.alias.check)
+    return doubts;
+  std::size_t usable = 0;
+  for (std::size_t i = 0; i < map_.scans.size(); ++i)
+    usable += map_.scans[i].usable && input_.original[i] == static_cast<int>(i) ? 1 : 0;
+  for (const auto& [part, members] : membersOf(assembly)) {
+    if (members.size() < 2 || isDecided(members))
+      continue;
+    std::vector<StoreyScan> scans;
+    for (const int member : members) {
+      const auto i = static_cast<std::size_t>(member);
+      const auto& patches = std::get<PatchScan>(input_.prepared[i].data().scan);
+      StoreyScan storey;
+      storey.surface = &patches.patches.samples;
+      storey.T_map_surface = assembly.poses[i] * Eigen::Translation3d(patches.origin);
+      storey.place = assembly.poses[i] * places_[i];
+      scans.push_back(storey);
+    }
+    const std::optional<Eigen::Vector3d> up = upOf(assembly, members, scans);
+    const std::optional<StoreyDoubt> found =
+        up ? findStoreyDoubt(scans, *up, members.size() < usable, input_.options.alias) : std::nullopt;
+    if (!found)
+      continue;
+    Doubt doubt;
+    doubt.note =
+        "a storey of " + std::to_string(found->level.size()) +
+        " scans may be several that look alike, laid onto one another: stairs lead from it to no other level, and no "
+        "scan distinguishes the storeys; its scans are kept apart (approximate --poses or --accept decide)";
+    for (const std::size_t k : found->level)
+      doubt.scans.push_back(members[k]);
+    doubts.push_back(std::move(doubt));
+  }
+  return doubts;
+}
+
+/// Whether a person said where a scan of the part is.
+bool
+PlacesAlike::isDecided(const std::vector<int>& members) const
+{
+  return std::any_of(members.begin(), members.end(), [&](int i) {
+    return input_.priors[static_cast<std::size_t>(i)].has_value() ||
+           std::any_of(input_.decisions.accepted.begin(), input_.decisions.accepted.end(), [&](const auto& pair) {
+             return pair.first == i || pair.second == i;
+           });
+  });
+}
+
+std::optional<Eigen::Vector3d>
+PlacesAlike::upOf(const Assembly& assembly, const std::vector<int>& members, const std::vector<StoreyScan>& scans) const
+{
+  if (!input_.options.gravity)
+    return findUp(scans, input_.options.alias);
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const int i : members)
+    sum += assembly.poses[static_cast<std::size_t>(i)].linear() * input_.options.gravity->normalized();
+  return sum.norm() > 0 ? std::optional<Eigen::Vector3d>(sum.normalized()) : std::nullopt;
+}
+
+const std::string&
+PlacesAlike::name(int scan) const
+{
+  return map_.scans[static_cast<std::size_t>(scan)].name;
+}
+
+} // namespace pcl_ssfr

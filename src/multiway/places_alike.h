@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#pragma once
+
+#include "multiway/assembly.h"
+#include "multiway/hypothesis_graph.h"
+#include "multiway/map_stages.h"
+#include "multiway/placed_evidence.h"
+#include "multiway/storeys.h"
+
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace pcl_ssfr {
+
+/// Scans of a part that are not to be trusted.
+struct Doubt {
+  std::vector<int> scans;
+  std::string note; ///< for people
+};
+
+/** \brief The tests for places that look alike (MAPS, "Places that look alike" and "Storeys alike").
+ *
+ * Links of places alike agree with each other, so what the links say is not enough. No test touches a part of which a
+ * person said where a scan is; none but contradicting() and sameStations() finds anything where AliasConfig::check is
+ * off.
+ */
+class PlacesAlike {
+public:
+  /// All must outlive it. \param[in] places of the sensors in the frames of their scans [m]
+  PlacesAlike(const MapInput& input,
+              const std::vector<PairLink>& links,
+              const MultiwayMap& map,
+              const std::vector<Eigen::Vector3d>& places,
+              PlacedEvidence& evidence);
+
+  /// The scans of all parts that refuted() or rivalGroups() doubts.
+  std::set<int>
+  inDoubt(const Assembly& assembly, const HypothesisGraph& graph) const;
+
+  /** \brief Hypotheses of the scans in doubt that put more than a very small share of what they match into free space.
+   *
+   * Furniture differs where walls are alike: a right pose contradicts nearly nothing, one of a place alike a few
+   * percent. That is no rule for all jobs, as cars leave and poses of pairs are not exact.
+   */
+  ExcludedHypotheses
+  contradicting(const std::set<int>& in_doubt) const;
+
+  /// Parts whose sure links contradict each other too often.
+  std::vector<Doubt>
+  refuted(const Assembly& assembly, const HypothesisGraph& graph) const;
+
+  /// Parts in which groups of scans contradict each other.
+  std::vector<Doubt>
+  rivalGroups(const Assembly& assembly) const;
+
+  /// Of parts in doubt, scans that stand where at least two others do and see the same.
+  std::vector<Doubt>
+  sameStations(const Assembly& assembly, const std::set<int>& in_doubt) const;
+
+  /// Storeys that may be several laid onto one another: the scans of the storey, not those on the ways up and down.
+  std::vector<Doubt>
+  storeys(const Assembly& assembly) const;
+
+private:
+  bool
+  isDecided(const std::vector<int>& members) const;
+  std::optional<Eigen::Vector3d>
+  upOf(const Assembly& assembly, const std::vector<int>& members, const std::vector<StoreyScan>& scans) const;
+  const std::string&
+  name(int scan) const;
+
+  const MapInput& input_;
+  const std::vector<PairLink>& links_;
+  const MultiwayMap& map_;
+  const std::vector<Eigen::Vector3d>& places_;
+  PlacedEvidence& evidence_;
+};
+
+} // namespace pcl_ssfr
