@@ -110,7 +110,7 @@ threadCount(const Options& options);
 PCL_SSFR_EXPORT Options
 makeOptions(Profile profile);
 
-/// Profile::Paper2017 with the constants of the implementation of 2019, where the two differ (METHOD, second table).
+/// Profile::Paper2017 with the constants of the implementation of 2019, where the two differ.
 PCL_SSFR_EXPORT Options
 makePaper2019Options();
 

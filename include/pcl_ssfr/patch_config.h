@@ -13,9 +13,10 @@ namespace pcl_ssfr {
 
 // The tuned numbers of Profile::Default, for those who experiment: nobody has to set them. Lengths are for a scene of
 // scale 1 (rooms to streets) and are multiplied by the scale of the pair once (METHOD, "Scale"). Where a number comes
-// from is said beside it; "fitted" means by scripts/fit_posterior.
+// from is said next to it; "fitted" means by scripts/fit_posterior.
 
-/** \brief How a scan's sensor is looked for among its points where its place is not known (METHOD point 11).
+/** \brief How a scan's sensor is looked for among its points where its place is not known (METHOD, "The place of the
+ * sensor").
  *
  * A place is rated by the directions in which something is seen from it, less those in which returns lie at two depths:
  * a sensor sees one. Places on a grid are rated by few points, the best of them moved to where they rate higher by more
@@ -113,10 +114,10 @@ struct SearchConfig {
   /// A scene is round about an axis when, of the surface that faces across it, at most this share does in the fullest
   /// third of all directions: then the main normals across the axis are arbitrary.
   double round_share = 0.6;
-  double bin_width = 0.1;       ///< [m] of the histograms along an axis
-  double parallel_cos = 0.97;   ///< surface counts along an axis when its normal is that parallel: within 14 degrees
-  double screening_share = 0.5; ///< of the best count of votes so far, that a fourth of them must promise to be counted
-  double least_votes = 0.04;    ///< share of the votes that a pose of scans that share little must have
+  double bin_width = 0.1;          ///< [m] of the histograms along an axis
+  double parallel_cos = 0.97;      ///< surface counts along an axis when its normal is that parallel: within 14 degrees
+  double screening_share = 0.5;    ///< of the best count of votes so far, that an eighth of them must promise
+  double least_votes = 0.04;       ///< share of the votes that a pose of scans that share little must have
   double contradiction_weight = 2; ///< of a vote against a pose of scans that share much, rough as it is yet
   int peak_neighbours = 2; ///< where little overlaps: shifts tried on each side of the highest peak, two steps apart
   /// Of 271 real pairs all solved ones had a pose near the truth with 0.65 of the most votes, of 375 simulated ones 373
@@ -153,7 +154,7 @@ struct EvidenceConfig {
   double range_margin = 0.05;       ///< of a range, before and behind what was seen, besides
   double loose_normals = 0.5;       ///< [rad] angle of the normals of a match in the search
   double normals = 0.35;            ///< [rad] and after the fine refinement
-  double contradiction_weight = 14; ///< of the score: contradictions are rare and precious (METHOD point 14b)
+  double contradiction_weight = 14; ///< of the score: contradictions are rare and precious
 };
 
 /** \brief The posterior over the poses of a pair and "none of them" (METHOD, "Posterior").
@@ -175,7 +176,7 @@ struct PosteriorConfig {
 
 /// How well a polished pose is known (METHOD, "Uncertainty").
 struct UncertaintyConfig {
-  double noise_floor = 0.001; ///< [m] standard deviation of each patch and of each match beside what is seen
+  double noise_floor = 0.001; ///< [m] standard deviation of each patch and of each match, besides what is seen
   /// Share of the curvature that matches keep where a patch does not face its sensor: they are found again wherever the
   /// pose is, so they pull less than their distances say. Fitted by likelihood to the errors of 285 pairs of four
   /// simulated sensors; 0.1 to 0.3 are as good for those with 32 rings and more, of which few matches are such.
@@ -211,7 +212,7 @@ struct JudgementConfig {
   /// The same where a viewpoint is not known: nothing can contradict. Its spread is half of the other, not fitted: from
   /// 0 to 2.5 the answers of 45 merged and moved clouds of a car park and a facade change by one.
   PosteriorConfig posterior_blind = {0.40, 0, 1.08, 0.99, 0.38, 1.0};
-  double rival = 0.02;        ///< odds beside the best pose from which on another one is refined and polished too
+  double rival = 0.02;        ///< odds against the best pose from which on another one is refined and polished too
   double decided = 0.9;       ///< probability that the truth is among the poses from which on none is looked for
   double unsettled = 0.5;     ///< confidence, at most, of the best pose of a search that was cut short, and of one
                               ///< with a direction that the scene does not determine

@@ -17,7 +17,7 @@
 
 namespace pcl_ssfr {
 
-/// What the decision goes by, beside the poses.
+/// What the decision goes by, besides the poses.
 struct DecisionContext {
   Posterior posterior;                                        ///< of the poses
   PoseUncertainty uncertainty;                                ///< of the first pose; empty: it was not polished

@@ -138,7 +138,7 @@ PosePriors::rotationInformation() const
   return known;
 }
 
-/// Standard deviation of the given vertical beside what the matches claim of theirs [rad].
+/// Standard deviation of the given vertical, comparable with what the matches claim of theirs [rad].
 double
 PosePriors::tiltDeviation() const
 {

@@ -72,7 +72,7 @@ struct PoseUncertainty {
 
 /** \brief The uncertainty of a polished pose.
  * \param[in] polish of refineMutual(), with the statistics of its matches
- * \param[in] noise_floor standard deviation of each patch and of each match beside what is seen [m], > 0: no fit is
+ * \param[in] noise_floor standard deviation of each patch and of each match, besides what is seen [m], > 0: no fit is
  * better known than that, be it exact
  * \param[in] rotation_prior what is known of the rotation otherwise: information [1/rad^2], target frame, symmetric
  * and >= 0

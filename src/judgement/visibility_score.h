@@ -11,7 +11,7 @@
 
 namespace pcl_ssfr {
 
-/// Options of the visibility score (METHOD points 6 and 13).
+/// Options of the visibility score (METHOD, "Evidence").
 struct VisibilityOptions {
   PatchIndex::Tolerance match;
   float free_ratio = 0.95f;   ///< nearer than this share of the nearest return ...

@@ -12,7 +12,7 @@
 
 namespace pcl_ssfr {
 
-/// What a map is made from, beside the links.
+/// What a map is made from, besides the links.
 struct MapInput {
   const std::vector<PreparedScan>& prepared;
   const std::vector<int>& original; ///< of each scan: the first one with its points

@@ -146,8 +146,8 @@ HypothesisSource::searchPlans() const
   return batch;
 }
 
-/// METHOD stages 6 to 8, merged and ranked (METHOD point 3); where main normals do not determine the rotation about an
-/// axis, also rotations all around it.
+/// METHOD stages 6 to 8, merged and ranked (METHOD, "Rotations"); where main normals do not determine the rotation
+/// about an axis, also rotations all around it.
 std::vector<RotationCandidate>
 HypothesisSource::proposeRotations() const
 {

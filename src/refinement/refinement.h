@@ -26,7 +26,7 @@ struct KnownVertical {
   double deviation = 0.01;
 };
 
-/// Options of the robust plane-to-plane refinement (METHOD point 7).
+/// Options of the robust plane-to-plane refinement (METHOD, "Refinement").
 struct RefinementOptions {
   PatchIndex::Tolerance match;                        ///< of the first step; distances shrink from step to step
   double final_distance = 0.05;                       ///< plane distance allowed in the last step [m], > 0

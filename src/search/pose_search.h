@@ -90,7 +90,7 @@ struct AxisCorrelation {
   Correlation sum;                               ///< of the correlations of all facings
 };
 
-/** \brief Correlate the scans along an axis; opposite faces are kept apart, their correlations added (METHOD point 4).
+/** \brief Correlate the scans along an axis; opposite faces are kept apart, their correlations added.
  * \param[in] source_axis the axis in the source frame, unit \param[in] target_axis the same in the target frame
  */
 AxisCorrelation
@@ -105,7 +105,7 @@ CorrelationOptions
 searchPeakOptions(const PoseSearchOptions& options, int count);
 
 /** \brief Translations for one rotation: correlation peaks along the two best observed axes (METHOD stages 9 to 11),
- * every shift along the third (METHOD point 14a: it is the axis with few planes on which the truth gets lost), judged
+ * every shift along the third (METHOD, "Search": it is the axis with few planes on which the truth gets lost), judged
  * by votes of the samples. \return at most SearchPass::refined poses, distinct by peak_separation, best first
  */
 std::vector<PoseHypothesis>
