@@ -29,36 +29,35 @@ BLIND = numpy.array([2.0, 0.0, 1.0, 0.8, 0.3, 1.5])
 
 
 def model(candidates, numbers, blind):
-    """Probabilities of candidates and of none of them: the formulas of docs/METHOD.md, written once more."""
-    known, of_clear, third, of_matches, significance, spread = numbers
-    scores, patches, thirds = (numpy.array([c[name] for c in candidates])
-                               for name in ("score", "patches", "third_direction"))
-    weights = numpy.exp(significance * scores * numpy.sqrt(patches) + spread * numpy.log(thirds + 0.001))
-    best = candidates[int(numpy.argmax(weights))]
+    """Probabilities of candidates, best score first, and of none: the formulas of docs/METHOD.md, written once more."""
+    best = candidates[0]
     clear = min(max(best["facing_score"] / best["facing_matched"], 0.001), 1)
     matches = best["facing_matched"] * best["facing_patches"]
+    known, of_clear, third, of_matches, significance, lead = numbers
     odds = (known + (0 if blind else of_clear * numpy.log(clear)) + third * numpy.log(best["third_direction"] + 0.001) +
             of_matches * numpy.log(matches + 1))
     none = 1 / (1 + numpy.exp(odds))
+    scores = numpy.array([c["score"] for c in candidates])
+    weights = numpy.exp(significance * scores * numpy.sqrt(best["patches"]) +
+                        lead * numpy.log(numpy.maximum(scores, 0.001)))
     return (1 - none) * weights / weights.sum(), none
 
 
 def draw_pair(random, numbers, blind):
-    """Candidates of a pair, most probable first, whose truth is drawn by the model."""
+    """Candidates of a pair whose truth is drawn by the model."""
     patches, facing = 10 ** random.uniform(1, 3), random.uniform(0.5, 1)
+    scores = numpy.sort(10 ** random.uniform(-2, -0.3, random.integers(1, 6)))[::-1]
     candidates = []
-    for score in 10 ** random.uniform(-2, -0.3, random.integers(1, 6)):
+    for rank, score in enumerate(scores, 1):
         matched = random.uniform(0.01, 0.4)
-        candidates.append({"score": score, "facing_matched": matched,
+        candidates.append({"rank": rank, "score": score, "facing_matched": matched,
                            "facing_score": matched * (1 if blind else random.uniform(0.1, 1)),
                            "third_direction": 10 ** random.uniform(-3, -0.6), "patches": patches,
                            "facing_patches": facing * patches, "viewpoints_used": 0 if blind else 1})
-    candidates = [candidates[k] for k in numpy.argsort(-model(candidates, numbers, blind)[0], kind="stable")]
     poses, none = model(candidates, numbers, blind)
     truth = random.choice(len(poses) + 1, p=[*poses, none])
     for k, candidate in enumerate(candidates):
-        candidate.update({"rank": k + 1, "right": int(k == truth), "probability": poses[k],
-                          "probability_of_none": none})
+        candidate.update({"right": int(k == truth), "probability": poses[k], "probability_of_none": none})
     return candidates
 
 

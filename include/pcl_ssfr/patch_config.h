@@ -162,8 +162,7 @@ struct EvidenceConfig {
  * Log odds that the truth is among them: known + clear log(c) + third log(t) + matches log(n), where, of the best pose,
  * c is the share of the matches that contradictions leave, t the matched surface that faces the least represented
  * direction and n the weighted number of matches; c and n of the patches that face their sensor. Among them pose k has
- * the log weight significance S_k sqrt(N) + spread log(t_k), S_k its score, t_k as t, and N the weighted number of
- * patches.
+ * the log weight significance S_k sqrt(N) + lead log(S_k), S_k its score and N the weighted number of patches.
  */
 struct PosteriorConfig {
   double known;        ///< constant, fitted
@@ -171,7 +170,7 @@ struct PosteriorConfig {
   double third;        ///< fitted
   double matches;      ///< fitted
   double significance; ///< fitted
-  double spread;       ///< fitted
+  double lead;         ///< fitted
 };
 
 /// How well a polished pose is known (METHOD, "Uncertainty").
@@ -208,10 +207,9 @@ struct JudgementConfig {
   PriorConfig prior;             ///< what is known beforehand
   UncertaintyConfig uncertainty; ///< how well a pose is known
   /// Where both sensors' places are known or found.
-  PosteriorConfig posterior = {1.34, 5.73, 1.49, 1.58, 0.9, 2.2};
-  /// The same where a viewpoint is not known: nothing can contradict. Its spread is half of the other, not fitted: from
-  /// 0 to 2.5 the answers of 45 merged and moved clouds of a car park and a facade change by one.
-  PosteriorConfig posterior_blind = {0.40, 0, 1.08, 0.99, 0.38, 1.0};
+  PosteriorConfig posterior = {1.34, 5.73, 1.49, 1.58, 0.5, 9.0};
+  /// The same where a viewpoint is not known: nothing can contradict.
+  PosteriorConfig posterior_blind = {0.40, 0, 1.08, 0.99, 0.38, 1.93};
   double rival = 0.02;        ///< odds against the best pose from which on another one is refined and polished too
   double decided = 0.9;       ///< probability that the truth is among the poses from which on none is looked for
   double unsettled = 0.5;     ///< confidence, at most, of the best pose of a search that was cut short, and of one

@@ -70,7 +70,7 @@ numbersOf(PatchProfileConfig& config)
 #define POSTERIOR(which)                                                                                               \
   NUMBER(judgement.which.known, Bound::Finite), NUMBER(judgement.which.clear, Bound::NotNegative),                     \
       NUMBER(judgement.which.third, Bound::NotNegative), NUMBER(judgement.which.matches, Bound::NotNegative),          \
-      NUMBER(judgement.which.significance, Bound::NotNegative), NUMBER(judgement.which.spread, Bound::NotNegative)
+      NUMBER(judgement.which.significance, Bound::NotNegative), NUMBER(judgement.which.lead, Bound::NotNegative)
 #define PASS(which)                                                                                                    \
   NUMBER(search.which.peaks_first, Bound::AtLeastOne), NUMBER(search.which.peaks_second, Bound::AtLeastOne),           \
       NUMBER(search.which.refined, Bound::AtLeastOne), NUMBER(search.which.promising, Bound::Share),                   \

@@ -29,7 +29,7 @@ double
 logWeight(const ScoredPose& pose, const PosteriorConfig& config)
 {
   return config.significance * pose.score * std::sqrt(pose.evidence.patches.total) +
-         config.spread * std::log(thirdDirection(pose.evidence) + kLeastShare) + pose.log_prior;
+         config.lead * std::log(std::max(pose.score, kLeastShare)) + pose.log_prior;
 }
 
 Posterior

@@ -28,8 +28,8 @@ struct Posterior {
 /** \brief Log weight of a pose among the other poses of its pair: what its evidence and its prior say for it.
  *
  * Sums of matches differ between poses by about the square root of their number when nothing but chance differs, so the
- * score counts in units of that. Ground on ground matches wherever a pose lays it, so what is matched in the direction
- * that least of it faces counts besides: a right pose of scans that share little meets little, but in all directions.
+ * score counts in units of that, and its logarithm besides: a pose that explains twice as much as any other stands out
+ * even where little is explained at all.
  */
 double
 logWeight(const ScoredPose& pose, const PosteriorConfig& config);
