@@ -438,6 +438,11 @@ TEST_F(Job, whatIsWrongIsSaidOnce)
   const Outcome usage = shell(mpirun(3) + program() + "--magic");
   EXPECT_EQ(usage.code, 2);
   EXPECT_EQ(times(usage.err, "--magic"), 1) << usage.err;
+  const std::string good = program() + arguments("out");
+  const Outcome odd = shell(mpirun(1) + good + " : -n 1 " + program() + "--magic"); // one rank only was told so
+  EXPECT_EQ(odd.code, 3);
+  EXPECT_EQ(times(odd.err, "--magic"), 1) << odd.err;
+  EXPECT_THAT(odd.err, HasSubstr("ssfr_map: rank 1 on "));
   const Outcome nothing = shell(mpirun(3) + program() + "/nowhere --out '" + folder_.file("out") + "'");
   EXPECT_EQ(nothing.code, 3);
   EXPECT_EQ(times(nothing.err, "ssfr_map: /nowhere: "), 1) << nothing.err;

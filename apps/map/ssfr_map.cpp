@@ -30,7 +30,9 @@ run(const std::vector<std::string>& tokens)
   catch (const apps::UsageError&) {
     if (is_first)
       throw;
-    return apps::kUsageExit;
+    // A rank that fails ends the job, even while rank 0 says what is wrong: rank 0 is told, and fails for all.
+    apps::MpiRanks().work([](const std::string&, const apps::MpiRanks::Send&) { throw; });
+    return kOneComponent;
   }
   if (arguments.help || arguments.version) {
     if (is_first)
