@@ -57,6 +57,7 @@ public:
     Placement placed = choose({});
     map_.stages.push_back(clock.lap("choose", links_.size(), countParts(placed.assembly)));
     adjust(placed);
+    bool is_apart = false;
     const std::set<int> in_doubt = alike_.inDoubt(placed.assembly, placed.graph);
     if (!in_doubt.empty()) { // once more, with what is nearly free of contradictions
       placed = choose(alike_.contradicting(in_doubt));
@@ -67,14 +68,14 @@ public:
         separateHanging(placed.assembly, placed.graph, placed.reasons);
         adjustAnew(placed);
       }
+      is_apart = separate(alike_.refuted(placed.assembly, placed.graph),
+                          "places here look alike: too many sure links contradict each other",
+                          placed);
+      is_apart = separate(alike_.rivalGroups(placed.assembly),
+                          "places here look alike: groups of scans contradict each other",
+                          placed) ||
+                 is_apart;
     }
-    bool is_apart = separate(alike_.refuted(placed.assembly, placed.graph),
-                             "places here look alike: too many sure links contradict each other",
-                             placed);
-    is_apart = separate(alike_.rivalGroups(placed.assembly),
-                        "places here look alike: groups of scans contradict each other",
-                        placed) ||
-               is_apart;
     is_apart = separate(alike_.storeys(placed.assembly),
                         "it may be of a storey that only looks like the one of the scans it is linked to",
                         placed) ||

@@ -65,9 +65,8 @@ PlacesAlike::refuted(const Assembly& assembly, const HypothesisGraph& graph) con
   if (!input_.options.alias.check)
     return doubts;
   const ChoiceConfig& config = input_.options.choice;
-  for (const auto& [part, members] : membersOf(assembly)) {
-    if (members.size() < 2 || isDecided(members))
-      continue;
+  for (const std::vector<int>& members : undecidedParts(assembly, 2)) {
+    const int part = assembly.part[static_cast<std::size_t>(members.front())];
     SureLinks sure = countSureLinks(assembly, links_, graph, part, SureBy::Pair, config);
     if (!isRefuted(sure, config))
       sure = countSureLinks(assembly, links_, graph, part, SureBy::Loops, config);
@@ -87,9 +86,7 @@ PlacesAlike::rivalGroups(const Assembly& assembly) const
   std::vector<Doubt> doubts;
   if (!input_.options.alias.check)
     return doubts;
-  for (const auto& [part, members] : membersOf(assembly)) {
-    if (members.size() < 4 || isDecided(members))
-      continue;
+  for (const std::vector<int>& members : undecidedParts(assembly, 4)) {
     const auto pairs = pairsOf(members);
     const auto groups =
         findRivalGroups(members, pairs, evidence_.of(assembly, members, pairs), input_.options.rival_groups);
@@ -108,9 +105,8 @@ std::vector<Doubt>
 PlacesAlike::sameStations(const Assembly& assembly, const std::set<int>& in_doubt) const
 {
   std::vector<Doubt> doubts;
-  for (const auto& [part, members] : membersOf(assembly)) {
-    if (isDecided(members) ||
-        std::none_of(members.begin(), members.end(), [&](int i) { return in_doubt.count(i) > 0; }))
+  for (const std::vector<int>& members : undecidedParts(assembly, 1)) {
+    if (std::none_of(members.begin(), members.end(), [&](int i) { return in_doubt.count(i) > 0; }))
       continue;
     std::vector<Eigen::Vector3d> stations;
     for (const int i : members)
@@ -136,9 +132,7 @@ PlacesAlike::storeys(const Assembly& assembly) const
   std::size_t usable = 0;
   for (std::size_t i = 0; i < map_.scans.size(); ++i)
     usable += map_.scans[i].usable && input_.original[i] == static_cast<int>(i) ? 1 : 0;
-  for (const auto& [part, members] : membersOf(assembly)) {
-    if (members.size() < 2 || isDecided(members))
-      continue;
+  for (const std::vector<int>& members : undecidedParts(assembly, 2)) {
     std::vector<StoreyScan> scans;
     for (const int member : members) {
       const auto i = static_cast<std::size_t>(member);
@@ -164,6 +158,16 @@ PlacesAlike::storeys(const Assembly& assembly) const
     doubts.push_back(std::move(doubt));
   }
   return doubts;
+}
+
+std::vector<std::vector<int>>
+PlacesAlike::undecidedParts(const Assembly& assembly, std::size_t least) const
+{
+  std::vector<std::vector<int>> parts;
+  for (auto& [part, members] : membersOf(assembly))
+    if (members.size() >= least && !isDecided(members))
+      parts.push_back(members);
+  return parts;
 }
 
 /// Whether a person said where a scan of the part is.

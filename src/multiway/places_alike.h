@@ -66,6 +66,9 @@ public:
   storeys(const Assembly& assembly) const;
 
 private:
+  /// Parts of at least so many scans of which a person said nothing.
+  std::vector<std::vector<int>>
+  undecidedParts(const Assembly& assembly, std::size_t least) const;
   bool
   isDecided(const std::vector<int>& members) const;
   std::optional<Eigen::Vector3d>
