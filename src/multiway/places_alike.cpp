@@ -109,6 +109,7 @@ PlacesAlike::sameStations(const Assembly& assembly, const std::set<int>& in_doub
     if (std::none_of(members.begin(), members.end(), [&](int i) { return in_doubt.count(i) > 0; }))
       continue;
     std::vector<Eigen::Vector3d> stations;
+    stations.reserve(members.size());
     for (const int i : members)
       stations.push_back(assembly.poses[static_cast<std::size_t>(i)] * places_[static_cast<std::size_t>(i)]);
     const auto pairs = pairsOf(members);
