@@ -167,7 +167,7 @@ PlacesAlike::undecidedParts(const Assembly& assembly, std::size_t least) const
   std::vector<std::vector<int>> parts;
   for (auto& [part, members] : membersOf(assembly))
     if (members.size() >= least && !isDecided(members))
-      parts.push_back(members);
+      parts.push_back(std::move(members));
   return parts;
 }
 
