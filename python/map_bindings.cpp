@@ -47,6 +47,19 @@ struct MapDecisions {
   std::pair<double, double> pose_tolerance; ///< [deg], [m]
 };
 
+/// \throw std::invalid_argument for another word than those of --pairs
+PairRule
+pairRuleFrom(const std::string& word)
+{
+  if (word == "auto")
+    return PairRule::Auto;
+  if (word == "all")
+    return PairRule::All;
+  if (word == "candidates")
+    return PairRule::Candidates;
+  throw std::invalid_argument("pairs: '" + word + "' is neither 'auto', 'all' nor 'candidates'");
+}
+
 /// Calls a function of Python from any thread. What it raises is kept until rethrow(), for no exception may leave a
 /// thread.
 class ProgressCall {
@@ -159,6 +172,7 @@ mapObjects(const std::vector<std::string>& names,
            const py::list& scans,
            const py::object& gravity,
            const py::object& gravity_tolerance_deg,
+           const std::string& pairs,
            const MapDecisions& decisions,
            const py::object& progress,
            const py::dict& keywords)
@@ -177,6 +191,7 @@ mapObjects(const std::vector<std::string>& names,
   options.gravity = vectorOrNone("gravity", gravity);
   if (!gravity_tolerance_deg.is_none())
     options.gravity_tolerance = gravity_tolerance_deg.cast<double>() * kDegree;
+  options.pairs = pairRuleFrom(pairs);
   ProgressCall call(progress);
   MultiwayRegistration::Progress show;
   if (!progress.is_none())
@@ -290,6 +305,7 @@ bindMaps(py::module_& module)
          const py::list& scans,
          const py::object& gravity,
          const py::object& gravity_tolerance_deg,
+         const std::string& pairs,
          const std::string& project,
          bool resume,
          const std::map<std::string, py::object>& poses,
@@ -302,12 +318,13 @@ bindMaps(py::module_& module)
         MapDecisions decisions{project, resume, accept, reject, pins, {}, pose_tolerance};
         for (const auto& [name, pose] : poses)
           decisions.poses.emplace(name, poseFrom("poses: " + name, pose));
-        return mapObjects(names, scans, gravity, gravity_tolerance_deg, decisions, progress, keywords);
+        return mapObjects(names, scans, gravity, gravity_tolerance_deg, pairs, decisions, progress, keywords);
       },
       py::arg("names"),
       py::arg("scans"),
       py::arg("gravity"),
       py::arg("gravity_tolerance_deg"),
+      py::arg("pairs"),
       py::arg("project"),
       py::arg("resume"),
       py::arg("poses"),

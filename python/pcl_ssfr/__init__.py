@@ -197,6 +197,7 @@ def map_scans(
     names: Optional[Sequence[str]] = None,
     gravity: Optional[npt.ArrayLike] = None,
     gravity_tolerance_deg: Optional[float] = None,
+    pairs: str = "auto",
     threads: int = 0,
     project: Optional[Path] = None,
     resume: bool = False,
@@ -214,6 +215,8 @@ def map_scans(
         array and the viewpoint of its sensor.
     names: one for each scan, all different; None: the paths, and "scan 3" for the array at 3.
     gravity: direction up in the frame of every scan, shape (3,), right within gravity_tolerance_deg (None: 5).
+    pairs: which pairs are linked: "all", "candidates" (those that are likely to share a place), or "auto": all of up to
+        150 scans, candidates of more.
     project: file that every link is kept in as it is found; with resume, what it holds is used again.
     poses: what is known of poses beforehand, by name: T_map_scan, shape (4, 4), right within pose_tolerance
         (degrees, metres).
@@ -251,6 +254,7 @@ def map_scans(
         inputs,
         gravity,
         None if gravity_tolerance_deg is None else float(gravity_tolerance_deg),
+        pairs,
         b"" if project is None else os.fsencode(project),
         resume,
         dict(poses or {}),

@@ -221,6 +221,7 @@ def map_scans(
     scans: list[object],
     gravity: object,
     gravity_tolerance_deg: Optional[float],
+    pairs: str,
     project: bytes,
     resume: bool,
     poses: dict[str, Any],

@@ -44,6 +44,12 @@ def test_fields(found):
     assert "1 component" in repr(found)
 
 
+@pytest.mark.parametrize("pairs", ["all", "candidates"])
+def test_pairs(arrays, found, pairs):
+    """So few scans are all candidates of each other: the rule is taken, and the map is the same."""
+    assert poses(pcl_ssfr.map_scans(arrays, pairs=pairs)) == poses(found)
+
+
 def test_bits_of_the_program(tmp_path, found):
     """Files in C++, files in Python, arrays in Python: one map."""
     command = [program("PCL_SSFR_MAP"), *map(str, FILES), "--out", str(tmp_path / "map")]
@@ -110,6 +116,7 @@ def test_what_cannot_be_read_is_a_scan_with_a_reason(tmp_path, arrays):
         ({"poses": {"scan 0": np.eye(3)}}, "poses: scan 0: must be an array of numbers of shape (4, 4)"),
         ({"poses": {"scan 0": np.eye(4)}, "pose_tolerance": (0, 1)}, "tolerance of a pose prior must be positive"),
         ({"gravity": [0, 0]}, "gravity = [0, 0], must be three finite numbers"),
+        ({"pairs": "some"}, "pairs: 'some' is neither 'auto', 'all' nor 'candidates'"),
         ({"leaf": -1}, "leaf = -1"),
         ({"leef": 1}, "leef is no option"),
         ({"project": "/nowhere/map.sqlite"}, "/nowhere/map.sqlite"),
