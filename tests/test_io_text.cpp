@@ -11,6 +11,8 @@
 
 #include <clocale>
 #include <cmath>
+#include <cstring>
+#include <ctime>
 
 namespace pcl_ssfr {
 namespace {
@@ -160,6 +162,16 @@ TEST(Csv, columnsByName)
             1300000000.5);
   EXPECT_EQ(parse("a.csv", "1,2,3\n").points->size(), 1U);
   EXPECT_EQ(parse("a.txt", "//X Y Z R G B\n1 2 3 1 2 3\n").points->size(), 1U);
+}
+
+TEST(Csv, equalNamesAreMadeDistinctAndThousandsOfThemTakeNoTime)
+{
+  const auto cloud = parse("f.csv", "x,y,z,a,a,a_2,a\n1,2,3,4,5,6,7\n");
+  for (const char* name : {"a", "a_2", "a_2_2", "a_3"})
+    EXPECT_TRUE(io::findField(cloud.table, name)) << name;
+  const std::clock_t start = std::clock();
+  EXPECT_THROW(parse("f.csv", "t" + std::string(100000, ';') + "\n1;2;3\n"), io::IoError);
+  EXPECT_LT(std::clock() - start, 5 * CLOCKS_PER_SEC); // hours, where each name is compared with all before
 }
 
 TEST(Csv, errors)

@@ -216,6 +216,41 @@ TEST(Assembly, surfacesInTheFreeSpaceOfAThirdScanForbidAJoin)
   EXPECT_THAT(assembly.refusal[2], HasSubstr("free space")); // 0-3
 }
 
+TEST(Assembly, aJoinThatTheTestRefusesIsNotMadeByAnyLink)
+{
+  const MadeUpJob job = fullJob(4);
+  const JoinTest not_with_third = [&](const std::vector<PlacedPair>& pairs) {
+    return std::none_of(pairs.begin(), pairs.end(), [&](const PlacedPair& p) {
+      const Eigen::Vector3d expected = job.relative(p.source, p.target).translation();
+      EXPECT_LT((p.T_target_source.translation() - expected).norm(), 0.05);
+      return p.source == 3 || p.target == 3;
+    });
+  };
+  const MultiwayOptions options = oneThread();
+  const HypothesisGraph graph = weighHypotheses(job.links, job.places, {}, options);
+  const Assembly assembly =
+      assemble(job.links, graph, job.places, noContradiction, {}, job.names, options, not_with_third);
+  EXPECT_EQ(assembly.part[0], assembly.part[2]);
+  EXPECT_NE(assembly.part[0], assembly.part[3]);
+  EXPECT_THAT(assembly.refusal[2], HasSubstr("look alike")); // 0-3
+}
+
+TEST(Assembly, sureLinksThatAreExcludedMakeALoneLinkDoubtful)
+{
+  // Two pairs of scans and a sure link between them; of the others sure ones were excluded.
+  MadeUpJob job(6);
+  job.addTrue(0, 1, 0.97);
+  for (const auto& [i, j] : {std::pair(0, 4), std::pair(1, 5), std::pair(2, 4), std::pair(3, 5)})
+    job.addFalse(i, j, {5, 0, 0}, 0.97);
+  const MultiwayOptions options = oneThread();
+  const auto shareOfFalse = [&](const ExcludedHypotheses& excluded) {
+    const HypothesisGraph graph = weighHypotheses(job.links, job.places, {}, options, excluded);
+    return assemble(job.links, graph, job.places, noContradiction, {}, job.names, options).false_share;
+  };
+  EXPECT_LT(shareOfFalse({}), 0.05);
+  EXPECT_GT(shareOfFalse({{1, 0}, {2, 0}, {3, 0}, {4, 0}}), 0.1);
+}
+
 TEST(Assembly, aPersonsWordCounts)
 {
   MadeUpJob job(4);

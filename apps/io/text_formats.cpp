@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 namespace pcl_ssfr {
 namespace io {
@@ -31,11 +32,15 @@ headerNames(std::string_view line)
   const char separator = line.find(',') != std::string_view::npos   ? ','
                          : line.find(';') != std::string_view::npos ? ';'
                                                                     : ' ';
-  const auto add = [&names](std::string_view token) {
+  std::map<std::string, int> last; // number that a name was given, of all that are taken
+  const auto add = [&](std::string_view token) {
     const std::string name = canonicalName(token);
     std::string distinct = name;
-    for (int i = 2; contains(names, distinct.c_str()); ++i)
+    for (int i = last.count(name) > 0 ? last[name] + 1 : 1; last.count(distinct) > 0; ++i) {
+      last[name] = i;
       distinct = name + "_" + std::to_string(i);
+    }
+    last.emplace(distinct, 1);
     names.push_back(distinct);
   };
   if (separator == ' ') {

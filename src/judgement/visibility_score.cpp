@@ -17,6 +17,7 @@ WeightedEvidence::operator+=(const WeightedEvidence& other)
   total += other.total;
   matched += other.matched;
   contradicted += other.contradicted;
+  unmatched += other.unmatched;
   return *this;
 }
 
@@ -26,6 +27,7 @@ WeightedEvidence::operator*=(double factor)
   total *= factor;
   matched *= factor;
   contradicted *= factor;
+  unmatched *= factor;
   return *this;
 }
 
@@ -92,8 +94,11 @@ collectEvidence(const OrientedSamples& samples,
         if (std::abs(ray.cast<double>().dot(normal)) >= options.min_facing * range)
           evidence.facing.contradicted += facing_vote;
       }
-      else if (range < options.hidden_ratio * image->farthest(cell) + options.hidden_margin)
+      else if (range < options.hidden_ratio * image->farthest(cell) + options.hidden_margin) {
         evidence.unmatched += weight;
+        evidence.patches.unmatched += vote;
+        evidence.facing.unmatched += facing_vote;
+      }
     }
   }
   return evidence;

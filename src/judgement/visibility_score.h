@@ -28,6 +28,7 @@ struct WeightedEvidence {
   double total = 0;        ///< of all samples
   double matched = 0;      ///< of those that meet a compatible patch
   double contradicted = 0; ///< of those that hang in front of what the other sensor saw through
+  double unmatched = 0;    ///< of those in view, at the depth that was seen, where no compatible patch is
 
   WeightedEvidence&
   operator+=(const WeightedEvidence& other);

@@ -44,9 +44,10 @@ public:
             const EvidenceFunction& evidence,
             const Decisions& decisions,
             const std::vector<std::string>& names,
-            const MultiwayOptions& options)
+            const MultiwayOptions& options,
+            const JoinTest& join_test)
       : links_(links), graph_(graph), places_(places), evidence_(evidence), decisions_(decisions), names_(names),
-        options_(options), adjusted_size_(places.size(), 1)
+        options_(options), join_test_(join_test), adjusted_size_(places.size(), 1)
   {
     const std::size_t n = places.size();
     assembly_.part.resize(n);
@@ -180,20 +181,28 @@ private:
     rivals.emplace_back(belief, T_b_a);
   }
 
-  /// What the surfaces say of it: each scan of the one part in each of the other.
+  /// Each scan of the one part in each of the other.
+  std::vector<PlacedPair>
+  pairsAt(int a, int b, const Eigen::Isometry3d& T_b_a) const
+  {
+    std::vector<PlacedPair> pairs;
+    for (const int i : members_[static_cast<std::size_t>(a)])
+      for (const int j : members_[static_cast<std::size_t>(b)])
+        pairs.push_back({i, j, pose(j).inverse() * T_b_a * pose(i)});
+    return pairs;
+  }
+
+  /// What the surfaces say of it.
   PlacementEvidence
   verify(int a, int b, const Eigen::Isometry3d& T_b_a) const
   {
-    std::vector<std::pair<int, int>> pairs;
-    for (const int i : members_[static_cast<std::size_t>(a)])
-      for (const int j : members_[static_cast<std::size_t>(b)])
-        pairs.emplace_back(i, j);
+    const std::vector<PlacedPair> pairs = pairsAt(a, b, T_b_a);
     std::vector<PlacementEvidence> found(pairs.size());
     forEachInParallel(
         static_cast<std::int64_t>(pairs.size()), 1, static_cast<int>(options_.threads), [&](std::int64_t k) {
-          const auto [i, j] = pairs[static_cast<std::size_t>(k)];
+          const PlacedPair& pair = pairs[static_cast<std::size_t>(k)];
           found[static_cast<std::size_t>(k)] =
-              evidence_(i, j, pose(j).inverse() * T_b_a * pose(i), options_.choice.loose);
+              evidence_(pair.source, pair.target, pair.T_target_source, options_.choice.loose);
         });
     PlacementEvidence sum;
     for (const PlacementEvidence& e : found)
@@ -261,6 +270,8 @@ private:
     const PlacementEvidence e = verify(a, b, T_b_a);
     if (!(scoreOf(e) > 0))
       return "it puts surfaces into the free space of other scans";
+    if (join_test_ && !join_test_(pairsAt(a, b, T_b_a)))
+      return "places here look alike, and what is in them is not the same, or two scans would stand at one place";
     if (votes.agree >= options_.choice.outvoted * votes.disagree)
       return "";
     // Right links may be outvoted by those of places alike: then what all scans of both parts see of each other
@@ -340,12 +351,18 @@ private:
     adjusted_size_[static_cast<std::size_t>(part)] = members_[static_cast<std::size_t>(part)].size();
   }
 
-  /// Of the links that are sure by themselves: the share that the parts contradict.
+  /// Of the links that are sure by themselves: the share that the parts contradict, or that was excluded before.
   double
   falseShare() const
   {
     double right = 0, wrong = 0;
-    for (const PairLink& pair : links_) {
+    for (std::size_t k = 0; k < links_.size(); ++k) {
+      const PairLink& pair = links_[k];
+      if (pair.status == Status::Converged && !(graph_.hypotheses[graph_.first[k]].prior > 0) &&
+          decisions_.rejected.count({pair.source, pair.target}) == 0) {
+        wrong += 1;
+        continue;
+      }
       if (pair.status != Status::Converged || partOf(pair.source) != partOf(pair.target))
         continue;
       const Eigen::Isometry3d T = pose(pair.target).inverse() * pose(pair.source);
@@ -364,6 +381,7 @@ private:
   const Decisions& decisions_;
   const std::vector<std::string>& names_;
   const MultiwayOptions& options_;
+  const JoinTest& join_test_;
   std::vector<std::size_t> adjusted_size_;
   std::vector<std::vector<int>> members_;
   Assembly assembly_;
@@ -378,9 +396,10 @@ assemble(const std::vector<PairLink>& links,
          const EvidenceFunction& evidence,
          const Decisions& decisions,
          const std::vector<std::string>& names,
-         const MultiwayOptions& options)
+         const MultiwayOptions& options,
+         const JoinTest& join_test)
 {
-  Assembly assembly = Assembler(links, graph, places, evidence, decisions, names, options).run();
+  Assembly assembly = Assembler(links, graph, places, evidence, decisions, names, options, join_test).run();
   chooseLinks(assembly, links, graph, places, options.choice);
   return assembly;
 }

@@ -16,6 +16,15 @@ namespace pcl_ssfr {
 using EvidenceFunction = std::function<PlacementEvidence(
     int source, int target, const Eigen::Isometry3d& T_target_source, double looseness)>;
 
+/// Two scans of different parts, as a join would put them.
+struct PlacedPair {
+  int source = 0;
+  int target = 0;
+  Eigen::Isometry3d T_target_source;
+};
+/// Whether all pairs of scans of two parts may stand so; asked where places look alike.
+using JoinTest = std::function<bool(const std::vector<PlacedPair>& pairs)>;
+
 /// Scans put together: parts that do not move to each other any more.
 struct Assembly {
   std::vector<int> part;                ///< of each scan, numbers in no order
@@ -30,8 +39,9 @@ struct Assembly {
  * Two parts are joined at a pose when the links between them that agree with it outweigh those that do not, and when
  * the surfaces of all scans of the one do not hang in the free space of all scans of the other. A single link joins
  * parts only when a loop closes with it, or, in the end, when it is sure even among the links of this building: the
- * share of sure links that turned out to be false is taken off.
+ * share of sure links that turned out to be false is taken off. Sure links that are excluded count as false there.
  * \param[in] places of the sensors in the scans' frames [m]
+ * \param[in] join_test nullptr: none
  * \throw std::invalid_argument when accepted links do not agree: the text names scans by \p names
  */
 Assembly
@@ -41,7 +51,8 @@ assemble(const std::vector<PairLink>& links,
          const EvidenceFunction& evidence,
          const Decisions& decisions,
          const std::vector<std::string>& names,
-         const MultiwayOptions& options);
+         const MultiwayOptions& options,
+         const JoinTest& join_test = nullptr);
 
 /// The poses of a part by the links that it keeps, as a pose graph; the frame of its first scan is kept.
 void

@@ -60,6 +60,7 @@ public:
     bool is_apart = false;
     const std::set<int> in_doubt = alike_.inDoubt(placed.assembly, placed.graph);
     if (!in_doubt.empty()) { // once more, with what is nearly free of contradictions
+      const std::size_t notes = map_.notes.size();
       placed = choose(alike_.contradicting(in_doubt));
       adjust(placed);
       if (separate(alike_.sameStations(placed.assembly, in_doubt),
@@ -68,13 +69,13 @@ public:
         separateHanging(placed.assembly, placed.graph, placed.reasons);
         adjustAnew(placed);
       }
-      is_apart = separate(alike_.refuted(placed.assembly, placed.graph),
-                          "places here look alike: too many sure links contradict each other",
-                          placed);
-      is_apart = separate(alike_.rivalGroups(placed.assembly),
-                          "places here look alike: groups of scans contradict each other",
-                          placed) ||
-                 is_apart;
+      if (!alike_.inDoubt(placed.assembly, placed.graph).empty()) {
+        map_.notes.resize(notes); // of what is chosen anew
+        placed = chooseByFurniture(in_doubt);
+        is_apart = separate(alike_.rivalGroups(placed.assembly),
+                            "places here look alike: groups of scans contradict each other",
+                            placed);
+      }
     }
     is_apart = separate(alike_.storeys(placed.assembly),
                         "it may be of a storey that only looks like the one of the scans it is linked to",
@@ -115,11 +116,30 @@ private:
     const EvidenceFunction evidence = [this](int source, int target, const Eigen::Isometry3d& T, double looseness) {
       return evidence_.at(source, target, T, looseness);
     };
-    placed.assembly = assemble(links_, placed.graph, places_, evidence, input_.decisions, names_, input_.options);
+    placed.assembly =
+        assemble(links_, placed.graph, places_, evidence, input_.decisions, names_, input_.options, join_test_);
     report("choose", 2, 3);
     placed.reasons.resize(names_.size());
     separateHanging(placed.assembly, placed.graph, placed.reasons);
     report("choose", 3, 3);
+    return placed;
+  }
+
+  /// Put the scans together where not only walls agree, but furniture as well.
+  Placement
+  chooseByFurniture(const std::set<int>& in_doubt)
+  {
+    alike_.findFurniture();
+    join_test_ = [this](const std::vector<PlacedPair>& pairs) { return alike_.mayStand(pairs); };
+    ExcludedHypotheses excluded = alike_.excluded(in_doubt);
+    Placement placed = choose(excluded);
+    adjust(placed);
+    const ExcludedHypotheses rivals = alike_.betweenRivals(placed.assembly);
+    if (!rivals.empty()) {
+      excluded.insert(rivals.begin(), rivals.end());
+      placed = choose(excluded);
+      adjust(placed);
+    }
     return placed;
   }
 
@@ -414,6 +434,7 @@ private:
   std::vector<Eigen::Vector3d> places_; ///< of the sensors in the frames of their scans [m]
   PlacedEvidence evidence_;
   PlacesAlike alike_;
+  JoinTest join_test_; ///< none before a part is in doubt
   std::vector<Eigen::Matrix<double, 6, 6>> covariances_;
   double squares_before_ = 0, squares_ = 0, weight_ = 0;
 };

@@ -91,6 +91,14 @@ validate(const MultiwayOptions& options)
   requirePositive("rival_groups.ratio", groups.ratio);
   requirePositive("rival_groups.significance", groups.significance);
   requirePositive("rival_groups.prior_patches", groups.prior_patches);
+  const FurnitureConfig& furniture = options.furniture;
+  requirePositive("furniture.most_area", furniture.most_area);
+  requirePositive("furniture.reach", furniture.reach);
+  requirePositive("furniture.thickness", furniture.thickness);
+  requireShare("furniture.parallel", furniture.parallel);
+  requireOption(furniture.margin > 0 && furniture.margin <= 1, "furniture.margin", furniture.margin, "be in (0, 1]");
+  requireShare("furniture.seen_through", furniture.seen_through);
+  requirePositive("furniture.least_seen", furniture.least_seen);
   const AdjustmentConfig& adjustment = options.adjustment;
   requireOption(adjustment.rounds >= 1, "adjustment.rounds", static_cast<double>(adjustment.rounds), "be 1 or more");
   requirePositive("adjustment.last_step", adjustment.last_step);

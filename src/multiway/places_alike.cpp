@@ -5,7 +5,6 @@
 
 #include "common/parallel.h"
 #include "multiway/parts.h"
-#include "multiway/rival_groups.h"
 #include "profiles/prepared_data.h"
 
 #include <algorithm>
@@ -58,6 +57,111 @@ PlacesAlike::contradicting(const std::set<int>& in_doubt) const
   return excluded;
 }
 
+void
+PlacesAlike::findFurniture()
+{
+  furniture_.resize(input_.prepared.size());
+  const auto threads = static_cast<int>(input_.options.threads);
+  forEachInParallel(static_cast<std::int64_t>(furniture_.size()), 1, threads, [&](std::int64_t index) {
+    const auto i = static_cast<std::size_t>(index);
+    if (map_.scans[i].usable)
+      furniture_[i] = furnitureOf(input_.prepared[i], input_.options.furniture);
+  });
+}
+
+FurnitureEvidence
+PlacesAlike::furniture(int source, int target, const Eigen::Isometry3d& T_target_source) const
+{
+  const auto s = static_cast<std::size_t>(source), t = static_cast<std::size_t>(target);
+  return furnitureAt(
+      input_.prepared[s], furniture_[s], input_.prepared[t], furniture_[t], T_target_source, input_.options);
+}
+
+bool
+PlacesAlike::mayStand(const std::vector<PlacedPair>& pairs) const
+{
+  FurnitureEvidence sum;
+  for (const PlacedPair& pair : pairs) {
+    const Eigen::Vector3d& place = places_[static_cast<std::size_t>(pair.source)];
+    const Eigen::Vector3d& other = places_[static_cast<std::size_t>(pair.target)];
+    if ((pair.T_target_source * place - other).norm() < input_.options.choice.same_translation)
+      return false;
+    sum += furniture(pair.source, pair.target, pair.T_target_source);
+  }
+  return sum.seen_through <= input_.options.furniture.seen_through * sum.seen;
+}
+
+ExcludedHypotheses
+PlacesAlike::excluded(const std::set<int>& in_doubt) const
+{
+  std::vector<std::pair<std::size_t, std::size_t>> all;
+  for (std::size_t k = 0; k < links_.size(); ++k)
+    if (in_doubt.count(links_[k].source) + in_doubt.count(links_[k].target) > 0 &&
+        input_.decisions.accepted.count({links_[k].source, links_[k].target}) == 0)
+      for (std::size_t rank = 0; rank < links_[k].hypotheses.size(); ++rank)
+        all.emplace_back(k, rank);
+  std::vector<char> is_out(all.size(), 0);
+  const auto threads = static_cast<int>(input_.options.threads);
+  forEachInParallel(static_cast<std::int64_t>(all.size()), 1, threads, [&](std::int64_t index) {
+    const auto [k, rank] = all[static_cast<std::size_t>(index)];
+    const PairLink& link = links_[k];
+    if (!mayStand({{link.source, link.target, link.hypotheses[rank].T_target_source}}))
+      is_out[static_cast<std::size_t>(index)] = 1;
+  });
+  ExcludedHypotheses out;
+  for (std::size_t n = 0; n < all.size(); ++n)
+    if (is_out[n])
+      out.insert(all[n]);
+  return out;
+}
+
+std::optional<RivalGroups>
+PlacesAlike::rivalsOf(const Assembly& assembly, const std::vector<int>& members, bool by_furniture) const
+{
+  const auto pairs = pairsOf(members);
+  if (!by_furniture)
+    return findRivalGroups(members, pairs, evidence_.of(assembly, members, pairs), input_.options.rival_groups);
+  std::vector<PlacementEvidence> evidence(pairs.size());
+  const auto threads = static_cast<int>(input_.options.threads);
+  forEachInParallel(static_cast<std::int64_t>(pairs.size()), 1, threads, [&](std::int64_t index) {
+    const auto [s, t] = pairs[static_cast<std::size_t>(index)];
+    const FurnitureEvidence e = furniture(
+        s, t, assembly.poses[static_cast<std::size_t>(t)].inverse() * assembly.poses[static_cast<std::size_t>(s)]);
+    if (e.seen >= input_.options.furniture.least_seen)
+      evidence[static_cast<std::size_t>(index)] = {e.seen, e.seen, e.seen_through, 0};
+  });
+  RivalGroupsConfig config = input_.options.rival_groups;
+  config.contradicted = input_.options.furniture.seen_through / 2; // the median of wrong groups is about that
+  return findRivalGroups(members, pairs, evidence, config);
+}
+
+ExcludedHypotheses
+PlacesAlike::betweenRivals(const Assembly& assembly) const
+{
+  ExcludedHypotheses out;
+  for (const std::vector<int>& members : undecidedParts(assembly, 4)) {
+    auto groups = rivalsOf(assembly, members, true);
+    if (!groups)
+      groups = rivalsOf(assembly, members, false);
+    if (!groups)
+      continue;
+    const std::set<int> first(groups->first.begin(), groups->first.end());
+    const std::set<int> second(groups->second.begin(), groups->second.end());
+    for (std::size_t k = 0; k < links_.size(); ++k) {
+      const PairLink& link = links_[k];
+      if (!(first.count(link.source) > 0 && second.count(link.target) > 0) &&
+          !(second.count(link.source) > 0 && first.count(link.target) > 0))
+        continue;
+      const auto s = static_cast<std::size_t>(link.source), t = static_cast<std::size_t>(link.target);
+      const Eigen::Isometry3d T = assembly.poses[t].inverse() * assembly.poses[s];
+      for (std::size_t rank = 0; rank < link.hypotheses.size(); ++rank)
+        if (!areDistinct(link.hypotheses[rank].T_target_source, T, places_[s], input_.options.choice))
+          out.insert({k, rank});
+    }
+  }
+  return out;
+}
+
 std::vector<Doubt>
 PlacesAlike::refuted(const Assembly& assembly, const HypothesisGraph& graph) const
 {
@@ -87,9 +191,9 @@ PlacesAlike::rivalGroups(const Assembly& assembly) const
   if (!input_.options.alias.check)
     return doubts;
   for (const std::vector<int>& members : undecidedParts(assembly, 4)) {
-    const auto pairs = pairsOf(members);
-    const auto groups =
-        findRivalGroups(members, pairs, evidence_.of(assembly, members, pairs), input_.options.rival_groups);
+    auto groups = rivalsOf(assembly, members, false);
+    if (!groups && !furniture_.empty())
+      groups = rivalsOf(assembly, members, true);
     if (groups)
       doubts.push_back({members,
                         std::to_string(groups->first.size()) + " and " + std::to_string(groups->second.size()) +

@@ -4,9 +4,11 @@
 #pragma once
 
 #include "multiway/assembly.h"
+#include "multiway/furniture.h"
 #include "multiway/hypothesis_graph.h"
 #include "multiway/map_stages.h"
 #include "multiway/placed_evidence.h"
+#include "multiway/rival_groups.h"
 #include "multiway/storeys.h"
 
 #include <optional>
@@ -25,8 +27,7 @@ struct Doubt {
 /** \brief The tests for places that look alike (MAPS, "Places that look alike" and "Storeys alike").
  *
  * Links of places alike agree with each other, so what the links say is not enough. No test touches a part of which a
- * person said where a scan is; none but contradicting() and sameStations() finds anything where AliasConfig::check is
- * off.
+ * person said where a scan is; what finds parts in doubt finds none where AliasConfig::check is off.
  */
 class PlacesAlike {
 public:
@@ -36,6 +37,10 @@ public:
               const MultiwayMap& map,
               const std::vector<Eigen::Vector3d>& places,
               PlacedEvidence& evidence);
+
+  /// Find the furniture of all scans, before mayStand(), excluded() and betweenRivals().
+  void
+  findFurniture();
 
   /// The scans of all parts that refuted() or rivalGroups() doubts.
   std::set<int>
@@ -48,6 +53,24 @@ public:
    */
   ExcludedHypotheses
   contradicting(const std::set<int>& in_doubt) const;
+
+  /** \brief Whether scans may stand so where places look alike: no two within ChoiceConfig::same_translation, and all
+   * pairs together see through at most FurnitureConfig::seen_through of the furniture in view.
+   *
+   * Furniture differs where walls are alike, and nobody sets up a scanner twice at one place. That is no rule for all
+   * jobs, as cars leave and poses of pairs are not exact.
+   */
+  bool
+  mayStand(const std::vector<PlacedPair>& pairs) const;
+
+  /// Hypotheses of the scans in doubt that put them where they may not stand.
+  ExcludedHypotheses
+  excluded(const std::set<int>& in_doubt) const;
+
+  /// Hypotheses between groups of scans of a part that contradict each other, in all surfaces or in furniture, that
+  /// agree with where it puts them.
+  ExcludedHypotheses
+  betweenRivals(const Assembly& assembly) const;
 
   /// Parts whose sure links contradict each other too often.
   std::vector<Doubt>
@@ -66,6 +89,11 @@ public:
   storeys(const Assembly& assembly) const;
 
 private:
+  /// Groups of a part that contradict each other. \param[in] members of undecidedParts()
+  std::optional<RivalGroups>
+  rivalsOf(const Assembly& assembly, const std::vector<int>& members, bool by_furniture) const;
+  FurnitureEvidence
+  furniture(int source, int target, const Eigen::Isometry3d& T_target_source) const;
   /// Parts of at least so many scans of which a person said nothing.
   std::vector<std::vector<int>>
   undecidedParts(const Assembly& assembly, std::size_t least) const;
@@ -81,6 +109,7 @@ private:
   const MultiwayMap& map_;
   const std::vector<Eigen::Vector3d>& places_;
   PlacedEvidence& evidence_;
+  std::vector<OrientedSamples> furniture_; ///< of each scan
 };
 
 } // namespace pcl_ssfr

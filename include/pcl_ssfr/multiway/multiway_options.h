@@ -101,6 +101,21 @@ struct RivalGroupsConfig {
   double prior_patches = 50; ///< patches that met with that share before the first one is counted
 };
 
+/// What distinguishes places that look alike: furniture, the patches of no large plane. Lengths and areas are for
+/// scenes of scale 1.
+struct FurnitureConfig {
+  double most_area = 1;    ///< [m^2] of the plane that such a patch is part of: less than a wall or a table
+  double reach = 4;        ///< [m] within which patches are counted to that plane: across a room
+  double thickness = 0.06; ///< [m] from the plane within which patches are of it
+  double parallel = 0.985; ///< cosine between the normals of a plane: 10 degrees
+  /// Factor on the margins of free space of a pair's score, (0, 1]: a chair stands nearer to the wall than those allow.
+  double margin = 0.65;
+  /// Share of the furniture in view that the other scans may see through, (0, 1): in buildings made to mislead, where
+  /// right poses and those of places alike are equally frequent.
+  double seen_through = 0.015;
+  double least_seen = 5; ///< patches of it in view, from which on two scans are compared
+};
+
 /// The joint adjustment over the surfaces.
 struct AdjustmentConfig {
   int rounds = 20;             ///< at most
@@ -127,6 +142,7 @@ struct MultiwayOptions {
   ChoiceConfig choice;                    ///< which of them make the map
   AliasConfig alias;                      ///< what looks alike and is not the same: storeys ...
   RivalGroupsConfig rival_groups;         ///< ... and anything else
+  FurnitureConfig furniture;              ///< ... and how it is told apart
   AdjustmentConfig adjustment;            ///< of the poses
 };
 

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+// What distinguishes places that look alike.
+
+#include "multiway/furniture.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <vector>
+
+namespace pcl_ssfr {
+namespace {
+
+using Points = std::vector<Eigen::Vector3f>;
+
+/// A grid on the rectangle from \p corner along \p u and \p v.
+void
+addRectangle(Points& points, const Eigen::Vector3f& corner, const Eigen::Vector3f& u, const Eigen::Vector3f& v)
+{
+  constexpr float kSpacing = 0.03F;
+  for (float a = 0; a <= u.norm(); a += kSpacing)
+    for (float b = 0; b <= v.norm(); b += kSpacing)
+      points.push_back(corner + a * u.normalized() + b * v.normalized());
+}
+
+/// A room of 6 x 5 x 2.6 m about its sensor, with a box of 0.5 m at each place [m] on the floor.
+PreparedScan
+room(const std::vector<Eigen::Vector2f>& boxes)
+{
+  Points points;
+  const Eigen::Vector3f x(6, 0, 0), y(0, 5, 0), z(0, 0, 2.6F), corner(-3.1F, -2.3F, -1.5F);
+  addRectangle(points, corner, x, y);
+  addRectangle(points, corner + z, x, y);
+  addRectangle(points, corner, x, z);
+  addRectangle(points, corner + y, x, z);
+  addRectangle(points, corner, y, z);
+  addRectangle(points, corner + x, y, z);
+  for (const Eigen::Vector2f& place : boxes) {
+    const Eigen::Vector3f at(place.x(), place.y(), corner.z());
+    const Eigen::Vector3f a(0.5F, 0, 0), b(0, 0.5F, 0), c(0, 0, 0.5F);
+    addRectangle(points, at + c, a, b);
+    addRectangle(points, at, a, c);
+    addRectangle(points, at + b, a, c);
+    addRectangle(points, at, b, c);
+    addRectangle(points, at + a, b, c);
+  }
+  ScanView view;
+  view.xyz = points.front().data();
+  view.size = points.size();
+  return prepareScan(view, Options());
+}
+
+const std::vector<Eigen::Vector2f> kHere = {{1.5F, -1}, {-1.9F, -1.2F}, {0.9F, 1.2F}};
+const std::vector<Eigen::Vector2f> kElsewhere = {{-1.7F, 0.9F}, {1.6F, 0.6F}, {-0.6F, -1.7F}};
+
+FurnitureEvidence
+evidenceOf(const PreparedScan& source, const PreparedScan& target, const Eigen::Isometry3d& T)
+{
+  const MultiwayOptions options;
+  return furnitureAt(
+      source, furnitureOf(source, options.furniture), target, furnitureOf(target, options.furniture), T, options);
+}
+
+TEST(Furniture, isWhatIsOfNoLargePlane)
+{
+  const FurnitureConfig config;
+  EXPECT_LT(furnitureOf(room({}), config).weights.sum(), 0.02 * 2 * (6 * 5 + 6 * 2.6 + 5 * 2.6)); // but for corners
+  const OrientedSamples boxes = furnitureOf(room(kHere), config);
+  ASSERT_GT(boxes.size(), 3);
+  // Boxes of 0.5 m: all of it is near the floor, and no more than their faces.
+  EXPECT_LT(boxes.weights.sum(), 3 * 5 * 0.25 * 1.3);
+  FurnitureConfig all;
+  all.most_area = 1000;
+  EXPECT_GT(furnitureOf(room(kHere), all).size(), boxes.size());
+  FurnitureConfig none;
+  none.most_area = 1e-6;
+  EXPECT_EQ(furnitureOf(room(kHere), none).size(), 0);
+}
+
+TEST(Furniture, ofOneRoomIsNotSeenThrough)
+{
+  const FurnitureEvidence e = evidenceOf(room(kHere), room(kHere), Eigen::Isometry3d::Identity());
+  EXPECT_GT(e.seen, 1);
+  EXPECT_LE(e.seen_through, MultiwayOptions().furniture.seen_through * e.seen);
+}
+
+TEST(Furniture, ofRoomsAlikeIsSeenThrough)
+{
+  const FurnitureEvidence e = evidenceOf(room(kHere), room(kElsewhere), Eigen::Isometry3d::Identity());
+  EXPECT_GT(e.seen_through, 10 * MultiwayOptions().furniture.seen_through * e.seen);
+}
+
+TEST(Furniture, isTheSameSeenFromEitherScan)
+{
+  const PreparedScan a = room(kHere), b = room(kElsewhere);
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.translate(Eigen::Vector3d(0.3, -0.2, 0.1)).rotate(Eigen::AngleAxisd(0.2, Eigen::Vector3d::UnitZ()));
+  const FurnitureEvidence there = evidenceOf(a, b, T), back = evidenceOf(b, a, T.inverse());
+  EXPECT_NEAR(there.seen, back.seen, 0.02 * there.seen);
+  EXPECT_NEAR(there.seen_through, back.seen_through, 0.05 * there.seen);
+}
+
+TEST(Furniture, thatIsFarAwayIsNotSeen)
+{
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.translate(Eigen::Vector3d(100, 0, 0));
+  EXPECT_EQ(evidenceOf(room(kHere), room(kHere), T).seen_through, 0);
+}
+
+TEST(Furniture, ofAScanWithoutPointsIsNone)
+{
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  const Eigen::Vector3f point(nan, nan, nan);
+  ScanView view;
+  view.xyz = point.data();
+  view.size = 1;
+  EXPECT_EQ(furnitureOf(prepareScan(view, Options()), FurnitureConfig()).size(), 0);
+}
+
+} // namespace
+} // namespace pcl_ssfr
