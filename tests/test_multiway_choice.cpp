@@ -20,7 +20,6 @@ namespace pcl_ssfr {
 namespace {
 
 using ::testing::Each;
-using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using testing::MadeUpJob;
 

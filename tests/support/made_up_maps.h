@@ -30,7 +30,7 @@ struct MadeUpJob {
       T.linear() = randomRotation(random_);
       T.translation() << 3.0 * i, random_.uniform(-1, 1), random_.uniform(-0.2, 0.2);
       truth.push_back(T);
-      places.push_back(Eigen::Vector3d::Zero());
+      places.emplace_back(Eigen::Vector3d::Zero());
       names.push_back("s" + std::to_string(i));
     }
   }
