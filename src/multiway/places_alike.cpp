@@ -80,14 +80,22 @@ PlacesAlike::furniture(int source, int target, const Eigen::Isometry3d& T_target
 bool
 PlacesAlike::mayStand(const std::vector<PlacedPair>& pairs) const
 {
-  FurnitureEvidence sum;
-  for (const PlacedPair& pair : pairs) {
+  const auto isOneStation = [&](const PlacedPair& pair) {
     const Eigen::Vector3d& place = places_[static_cast<std::size_t>(pair.source)];
     const Eigen::Vector3d& other = places_[static_cast<std::size_t>(pair.target)];
-    if ((pair.T_target_source * place - other).norm() < input_.options.choice.same_translation)
-      return false;
-    sum += furniture(pair.source, pair.target, pair.T_target_source);
-  }
+    return (pair.T_target_source * place - other).norm() < input_.options.choice.same_translation;
+  };
+  if (std::any_of(pairs.begin(), pairs.end(), isOneStation))
+    return false;
+  std::vector<FurnitureEvidence> found(pairs.size());
+  const int threads = pairs.size() > 1 ? static_cast<int>(input_.options.threads) : 1;
+  forEachInParallel(static_cast<std::int64_t>(pairs.size()), 1, threads, [&](std::int64_t index) {
+    const PlacedPair& pair = pairs[static_cast<std::size_t>(index)];
+    found[static_cast<std::size_t>(index)] = furniture(pair.source, pair.target, pair.T_target_source);
+  });
+  FurnitureEvidence sum;
+  for (const FurnitureEvidence& e : found)
+    sum += e;
   return sum.seen_through <= input_.options.furniture.seen_through * sum.seen;
 }
 
