@@ -4,6 +4,7 @@
 // What distinguishes places that look alike.
 
 #include "multiway/furniture.h"
+#include "multiway/scan_pair.h"
 
 #include <gtest/gtest.h>
 
@@ -56,7 +57,7 @@ room(const std::vector<Eigen::Vector2f>& boxes)
 const std::vector<Eigen::Vector2f> kHere = {{1.5F, -1}, {-1.9F, -1.2F}, {0.9F, 1.2F}};
 const std::vector<Eigen::Vector2f> kElsewhere = {{-1.7F, 0.9F}, {1.6F, 0.6F}, {-0.6F, -1.7F}};
 
-FurnitureEvidence
+PlacementEvidence
 evidenceOf(const PreparedScan& source, const PreparedScan& target, const Eigen::Isometry3d& T)
 {
   const MultiwayOptions options;
@@ -82,15 +83,15 @@ TEST(Furniture, isWhatIsOfNoLargePlane)
 
 TEST(Furniture, ofOneRoomIsNotSeenThrough)
 {
-  const FurnitureEvidence e = evidenceOf(room(kHere), room(kHere), Eigen::Isometry3d::Identity());
-  EXPECT_GT(e.seen, 1);
-  EXPECT_LE(e.seen_through, MultiwayOptions().furniture.seen_through * e.seen);
+  const PlacementEvidence e = evidenceOf(room(kHere), room(kHere), Eigen::Isometry3d::Identity());
+  EXPECT_GT(e.total, 1);
+  EXPECT_LE(e.contradicted, MultiwayOptions().furniture.seen_through * e.total);
 }
 
 TEST(Furniture, ofRoomsAlikeIsSeenThrough)
 {
-  const FurnitureEvidence e = evidenceOf(room(kHere), room(kElsewhere), Eigen::Isometry3d::Identity());
-  EXPECT_GT(e.seen_through, 10 * MultiwayOptions().furniture.seen_through * e.seen);
+  const PlacementEvidence e = evidenceOf(room(kHere), room(kElsewhere), Eigen::Isometry3d::Identity());
+  EXPECT_GT(e.contradicted, 10 * MultiwayOptions().furniture.seen_through * e.total);
 }
 
 TEST(Furniture, isTheSameSeenFromEitherScan)
@@ -98,16 +99,16 @@ TEST(Furniture, isTheSameSeenFromEitherScan)
   const PreparedScan a = room(kHere), b = room(kElsewhere);
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   T.translate(Eigen::Vector3d(0.3, -0.2, 0.1)).rotate(Eigen::AngleAxisd(0.2, Eigen::Vector3d::UnitZ()));
-  const FurnitureEvidence there = evidenceOf(a, b, T), back = evidenceOf(b, a, T.inverse());
-  EXPECT_NEAR(there.seen, back.seen, 0.02 * there.seen);
-  EXPECT_NEAR(there.seen_through, back.seen_through, 0.05 * there.seen);
+  const PlacementEvidence there = evidenceOf(a, b, T), back = evidenceOf(b, a, T.inverse());
+  EXPECT_NEAR(there.total, back.total, 0.02 * there.total);
+  EXPECT_NEAR(there.contradicted, back.contradicted, 0.05 * there.total);
 }
 
 TEST(Furniture, thatIsFarAwayIsNotSeen)
 {
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   T.translate(Eigen::Vector3d(100, 0, 0));
-  EXPECT_EQ(evidenceOf(room(kHere), room(kHere), T).seen_through, 0);
+  EXPECT_EQ(evidenceOf(room(kHere), room(kHere), T).contradicted, 0);
 }
 
 TEST(Furniture, ofAScanWithoutPointsIsNone)

@@ -3,9 +3,7 @@
 
 #include "multiway/furniture.h"
 
-#include "judgement/visibility_score.h"
 #include "preparation/planar_patches.h"
-#include "profiles/patch_pair.h"
 #include "profiles/prepared_data.h"
 
 #include <cmath>
@@ -35,38 +33,6 @@ furnitureOf(const PreparedScan& scan, const FurnitureConfig& config)
       furniture.push_back(i);
   }
   return selectPatches(patches.patches, furniture).samples;
-}
-
-FurnitureEvidence&
-FurnitureEvidence::operator+=(const FurnitureEvidence& other)
-{
-  seen += other.seen;
-  seen_through += other.seen_through;
-  return *this;
-}
-
-FurnitureEvidence
-furnitureAt(const PreparedScan& source,
-            const OrientedSamples& source_furniture,
-            const PreparedScan& target,
-            const OrientedSamples& target_furniture,
-            const Eigen::Isometry3d& T_target_source,
-            const MultiwayOptions& options)
-{
-  Options pair_options = options.registration;
-  pair_options.threads = 1;
-  const PatchScan& s = std::get<PatchScan>(source.data().scan);
-  const PatchScan& t = std::get<PatchScan>(target.data().scan);
-  const PatchPair pair(s, t, pair_options, nullptr, Deadline());
-  VisibilityOptions tolerances = pair.fineTolerances();
-  const auto margin = static_cast<float>(options.furniture.margin);
-  tolerances.free_margin *= margin;
-  tolerances.free_ratio = 1 - margin * (1 - tolerances.free_ratio);
-  const Eigen::Isometry3d T = pair.toInner(T_target_source);
-  SurfaceEvidence both = collectEvidence(source_furniture, t.index, t.freeSpace(), T, tolerances);
-  both += collectEvidence(target_furniture, s.index, s.freeSpace(), T.inverse(), tolerances);
-  const WeightedEvidence& e = both.patches;
-  return {e.matched + e.unmatched + e.contradicted, e.contradicted};
 }
 
 } // namespace pcl_ssfr

@@ -8,8 +8,6 @@
 #include <pcl_ssfr/multiway/multiway_options.h>
 #include <pcl_ssfr/prepared_scan.h>
 
-#include <Eigen/Geometry>
-
 namespace pcl_ssfr {
 
 /** \brief The patches of a scan that are of no large plane: furniture, frames, machines.
@@ -19,23 +17,5 @@ namespace pcl_ssfr {
  */
 OrientedSamples
 furnitureOf(const PreparedScan& scan, const FurnitureConfig& config);
-
-/// What becomes of the furniture of two scans in each other, in patches (WeightedEvidence).
-struct FurnitureEvidence {
-  double seen = 0;         ///< in view of the other sensor
-  double seen_through = 0; ///< of those: there the other one saw free space
-
-  FurnitureEvidence&
-  operator+=(const FurnitureEvidence& other);
-};
-
-/// Both ways. \param[in] source_furniture,target_furniture furnitureOf() the scans
-FurnitureEvidence
-furnitureAt(const PreparedScan& source,
-            const OrientedSamples& source_furniture,
-            const PreparedScan& target,
-            const OrientedSamples& target_furniture,
-            const Eigen::Isometry3d& T_target_source,
-            const MultiwayOptions& options);
 
 } // namespace pcl_ssfr

@@ -54,14 +54,14 @@ public:
   {
     StageClock clock;
     checkDecisions();
-    Placement placed = choose({});
+    Placement placed = choose({}, nullptr);
     map_.stages.push_back(clock.lap("choose", links_.size(), countParts(placed.assembly)));
     adjust(placed);
     bool is_apart = false;
     const std::set<int> in_doubt = alike_.inDoubt(placed.assembly, placed.graph);
     if (!in_doubt.empty()) { // once more, with what is nearly free of contradictions
       const std::size_t notes = map_.notes.size();
-      placed = choose(alike_.contradicting(in_doubt));
+      placed = choose(alike_.contradicting(in_doubt), nullptr);
       adjust(placed);
       if (separate(alike_.sameStations(placed.assembly, in_doubt),
                    "places here look alike: it would stand where other scans do, and sees the same",
@@ -105,9 +105,9 @@ private:
     std::vector<Eigen::Isometry3d> graph_poses; ///< before the joint adjustment
   };
 
-  /// Put the scans together, but not by the hypotheses that are excluded.
+  /// Put the scans together, but not by the hypotheses that are excluded, nor as the test of joins forbids.
   Placement
-  choose(const ExcludedHypotheses& excluded)
+  choose(const ExcludedHypotheses& excluded, const JoinTest& join_test)
   {
     report("choose", 0, 3);
     Placement placed;
@@ -117,7 +117,7 @@ private:
       return evidence_.at(source, target, T, looseness);
     };
     placed.assembly =
-        assemble(links_, placed.graph, places_, evidence, input_.decisions, names_, input_.options, join_test_);
+        assemble(links_, placed.graph, places_, evidence, input_.decisions, names_, input_.options, join_test);
     report("choose", 2, 3);
     placed.reasons.resize(names_.size());
     separateHanging(placed.assembly, placed.graph, placed.reasons);
@@ -130,14 +130,14 @@ private:
   chooseByFurniture(const std::set<int>& in_doubt)
   {
     alike_.findFurniture();
-    join_test_ = [this](const std::vector<PlacedPair>& pairs) { return alike_.mayStand(pairs); };
+    const JoinTest join_test = [this](const std::vector<PlacedPair>& pairs) { return alike_.mayStand(pairs); };
     ExcludedHypotheses excluded = alike_.excluded(in_doubt);
-    Placement placed = choose(excluded);
+    Placement placed = choose(excluded, join_test);
     adjust(placed);
     const ExcludedHypotheses rivals = alike_.betweenRivals(placed.assembly);
     if (!rivals.empty()) {
       excluded.insert(rivals.begin(), rivals.end());
-      placed = choose(excluded);
+      placed = choose(excluded, join_test);
       adjust(placed);
     }
     return placed;
@@ -434,7 +434,6 @@ private:
   std::vector<Eigen::Vector3d> places_; ///< of the sensors in the frames of their scans [m]
   PlacedEvidence evidence_;
   PlacesAlike alike_;
-  JoinTest join_test_; ///< none before a part is in doubt
   std::vector<Eigen::Matrix<double, 6, 6>> covariances_;
   double squares_before_ = 0, squares_ = 0, weight_ = 0;
 };

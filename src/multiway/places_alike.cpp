@@ -5,6 +5,7 @@
 
 #include "common/parallel.h"
 #include "multiway/parts.h"
+#include "multiway/scan_pair.h"
 #include "profiles/prepared_data.h"
 
 #include <algorithm>
@@ -25,15 +26,16 @@ PlacesAlike::PlacesAlike(const MapInput& input,
 std::set<int>
 PlacesAlike::inDoubt(const Assembly& assembly, const HypothesisGraph& graph) const
 {
-  std::set<int> scans;
-  for (const auto& doubts : {refuted(assembly, graph), rivalGroups(assembly)})
-    for (const Doubt& doubt : doubts)
-      scans.insert(doubt.scans.begin(), doubt.scans.end());
+  const std::vector<int> by_links = refuted(assembly, graph);
+  std::set<int> scans(by_links.begin(), by_links.end());
+  for (const Doubt& doubt : rivalGroups(assembly))
+    scans.insert(doubt.scans.begin(), doubt.scans.end());
   return scans;
 }
 
+template <typename Test>
 ExcludedHypotheses
-PlacesAlike::contradicting(const std::set<int>& in_doubt) const
+PlacesAlike::excludedBy(const std::set<int>& in_doubt, const Test& is_out) const
 {
   std::vector<std::pair<std::size_t, std::size_t>> all;
   for (std::size_t k = 0; k < links_.size(); ++k)
@@ -41,20 +43,28 @@ PlacesAlike::contradicting(const std::set<int>& in_doubt) const
         input_.decisions.accepted.count({links_[k].source, links_[k].target}) == 0)
       for (std::size_t rank = 0; rank < links_[k].hypotheses.size(); ++rank)
         all.emplace_back(k, rank);
-  std::vector<char> is_out(all.size(), 0);
+  std::vector<char> found(all.size(), 0);
   const auto threads = static_cast<int>(input_.options.threads);
   forEachInParallel(static_cast<std::int64_t>(all.size()), 1, threads, [&](std::int64_t index) {
     const auto [k, rank] = all[static_cast<std::size_t>(index)];
     const PairLink& link = links_[k];
-    const PlacementEvidence e = evidence_.at(link.source, link.target, link.hypotheses[rank].T_target_source, 1);
-    is_out[static_cast<std::size_t>(index)] =
-        e.contradicted > input_.options.rival_groups.contradicted * e.matched ? 1 : 0;
+    if (is_out({link.source, link.target, link.hypotheses[rank].T_target_source}))
+      found[static_cast<std::size_t>(index)] = 1;
   });
-  ExcludedHypotheses excluded;
+  ExcludedHypotheses out;
   for (std::size_t n = 0; n < all.size(); ++n)
-    if (is_out[n])
-      excluded.insert(all[n]);
-  return excluded;
+    if (found[n])
+      out.insert(all[n]);
+  return out;
+}
+
+ExcludedHypotheses
+PlacesAlike::contradicting(const std::set<int>& in_doubt) const
+{
+  return excludedBy(in_doubt, [&](const PlacedPair& pair) {
+    const PlacementEvidence e = evidence_.at(pair.source, pair.target, pair.T_target_source, 1);
+    return e.contradicted > input_.options.rival_groups.contradicted * e.matched;
+  });
 }
 
 void
@@ -69,7 +79,7 @@ PlacesAlike::findFurniture()
   });
 }
 
-FurnitureEvidence
+PlacementEvidence
 PlacesAlike::furniture(int source, int target, const Eigen::Isometry3d& T_target_source) const
 {
   const auto s = static_cast<std::size_t>(source), t = static_cast<std::size_t>(target);
@@ -87,56 +97,47 @@ PlacesAlike::mayStand(const std::vector<PlacedPair>& pairs) const
   };
   if (std::any_of(pairs.begin(), pairs.end(), isOneStation))
     return false;
-  std::vector<FurnitureEvidence> found(pairs.size());
+  std::vector<PlacementEvidence> found(pairs.size());
   const int threads = pairs.size() > 1 ? static_cast<int>(input_.options.threads) : 1;
   forEachInParallel(static_cast<std::int64_t>(pairs.size()), 1, threads, [&](std::int64_t index) {
     const PlacedPair& pair = pairs[static_cast<std::size_t>(index)];
     found[static_cast<std::size_t>(index)] = furniture(pair.source, pair.target, pair.T_target_source);
   });
-  FurnitureEvidence sum;
-  for (const FurnitureEvidence& e : found)
+  PlacementEvidence sum;
+  for (const PlacementEvidence& e : found)
     sum += e;
-  return sum.seen_through <= input_.options.furniture.seen_through * sum.seen;
+  return sum.contradicted <= input_.options.furniture.seen_through * sum.total;
 }
 
 ExcludedHypotheses
 PlacesAlike::excluded(const std::set<int>& in_doubt) const
 {
-  std::vector<std::pair<std::size_t, std::size_t>> all;
-  for (std::size_t k = 0; k < links_.size(); ++k)
-    if (in_doubt.count(links_[k].source) + in_doubt.count(links_[k].target) > 0 &&
-        input_.decisions.accepted.count({links_[k].source, links_[k].target}) == 0)
-      for (std::size_t rank = 0; rank < links_[k].hypotheses.size(); ++rank)
-        all.emplace_back(k, rank);
-  std::vector<char> is_out(all.size(), 0);
-  const auto threads = static_cast<int>(input_.options.threads);
-  forEachInParallel(static_cast<std::int64_t>(all.size()), 1, threads, [&](std::int64_t index) {
-    const auto [k, rank] = all[static_cast<std::size_t>(index)];
-    const PairLink& link = links_[k];
-    if (!mayStand({{link.source, link.target, link.hypotheses[rank].T_target_source}}))
-      is_out[static_cast<std::size_t>(index)] = 1;
-  });
-  ExcludedHypotheses out;
-  for (std::size_t n = 0; n < all.size(); ++n)
-    if (is_out[n])
-      out.insert(all[n]);
-  return out;
+  return excludedBy(in_doubt, [&](const PlacedPair& pair) { return !mayStand({pair}); });
 }
 
 std::optional<RivalGroups>
-PlacesAlike::rivalsOf(const Assembly& assembly, const std::vector<int>& members, bool by_furniture) const
+PlacesAlike::rivalsOf(const Assembly& assembly, const std::vector<int>& members) const
 {
+  if (auto groups = rivalsByFurniture(assembly, members))
+    return groups;
   const auto pairs = pairsOf(members);
-  if (!by_furniture)
-    return findRivalGroups(members, pairs, evidence_.of(assembly, members, pairs), input_.options.rival_groups);
+  return findRivalGroups(members, pairs, evidence_.of(assembly, members, pairs), input_.options.rival_groups);
+}
+
+std::optional<RivalGroups>
+PlacesAlike::rivalsByFurniture(const Assembly& assembly, const std::vector<int>& members) const
+{
+  if (furniture_.empty())
+    return std::nullopt;
+  const auto pairs = pairsOf(members);
   std::vector<PlacementEvidence> evidence(pairs.size());
   const auto threads = static_cast<int>(input_.options.threads);
   forEachInParallel(static_cast<std::int64_t>(pairs.size()), 1, threads, [&](std::int64_t index) {
     const auto [s, t] = pairs[static_cast<std::size_t>(index)];
-    const FurnitureEvidence e = furniture(
+    const PlacementEvidence e = furniture(
         s, t, assembly.poses[static_cast<std::size_t>(t)].inverse() * assembly.poses[static_cast<std::size_t>(s)]);
-    if (e.seen >= input_.options.furniture.least_seen)
-      evidence[static_cast<std::size_t>(index)] = {e.seen, e.seen, e.seen_through, 0};
+    if (e.total >= input_.options.furniture.least_seen)
+      evidence[static_cast<std::size_t>(index)] = e;
   });
   RivalGroupsConfig config = input_.options.rival_groups;
   config.contradicted = input_.options.furniture.seen_through / 2; // the median of wrong groups is about that
@@ -148,9 +149,7 @@ PlacesAlike::betweenRivals(const Assembly& assembly) const
 {
   ExcludedHypotheses out;
   for (const std::vector<int>& members : undecidedParts(assembly, 4)) {
-    auto groups = rivalsOf(assembly, members, true);
-    if (!groups)
-      groups = rivalsOf(assembly, members, false);
+    const auto groups = rivalsOf(assembly, members);
     if (!groups)
       continue;
     const std::set<int> first(groups->first.begin(), groups->first.end());
@@ -170,12 +169,12 @@ PlacesAlike::betweenRivals(const Assembly& assembly) const
   return out;
 }
 
-std::vector<Doubt>
+std::vector<int>
 PlacesAlike::refuted(const Assembly& assembly, const HypothesisGraph& graph) const
 {
-  std::vector<Doubt> doubts;
+  std::vector<int> scans;
   if (!input_.options.alias.check)
-    return doubts;
+    return scans;
   const ChoiceConfig& config = input_.options.choice;
   for (const std::vector<int>& members : undecidedParts(assembly, 2)) {
     const int part = assembly.part[static_cast<std::size_t>(members.front())];
@@ -183,13 +182,9 @@ PlacesAlike::refuted(const Assembly& assembly, const HypothesisGraph& graph) con
     if (!isRefuted(sure, config))
       sure = countSureLinks(assembly, links_, graph, part, SureBy::Loops, config);
     if (isRefuted(sure, config))
-      doubts.push_back({members,
-                        std::to_string(sure.contradicted) + " of the " + std::to_string(sure.wrong.size()) +
-                            " sure links of a part of " + std::to_string(members.size()) +
-                            " scans contradict it: places look alike there, so its scans are kept apart "
-                            "(approximate --poses or --accept decide)"});
+      scans.insert(scans.end(), members.begin(), members.end());
   }
-  return doubts;
+  return scans;
 }
 
 std::vector<Doubt>
@@ -199,9 +194,7 @@ PlacesAlike::rivalGroups(const Assembly& assembly) const
   if (!input_.options.alias.check)
     return doubts;
   for (const std::vector<int>& members : undecidedParts(assembly, 4)) {
-    auto groups = rivalsOf(assembly, members, false);
-    if (!groups && !furniture_.empty())
-      groups = rivalsOf(assembly, members, true);
+    const auto groups = rivalsOf(assembly, members);
     if (groups)
       doubts.push_back({members,
                         std::to_string(groups->first.size()) + " and " + std::to_string(groups->second.size()) +

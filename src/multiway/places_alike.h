@@ -72,8 +72,8 @@ public:
   ExcludedHypotheses
   betweenRivals(const Assembly& assembly) const;
 
-  /// Parts whose sure links contradict each other too often.
-  std::vector<Doubt>
+  /// The scans of parts whose sure links contradict each other too often.
+  std::vector<int>
   refuted(const Assembly& assembly, const HypothesisGraph& graph) const;
 
   /// Parts in which groups of scans contradict each other.
@@ -89,10 +89,17 @@ public:
   storeys(const Assembly& assembly) const;
 
 private:
-  /// Groups of a part that contradict each other. \param[in] members of undecidedParts()
+  /// Groups of a part that contradict each other, in furniture where that was found, or in all surfaces.
+  /// \param[in] members of undecidedParts()
   std::optional<RivalGroups>
-  rivalsOf(const Assembly& assembly, const std::vector<int>& members, bool by_furniture) const;
-  FurnitureEvidence
+  rivalsOf(const Assembly& assembly, const std::vector<int>& members) const;
+  std::optional<RivalGroups>
+  rivalsByFurniture(const Assembly& assembly, const std::vector<int>& members) const;
+  /// Hypotheses of the scans in doubt, but for what a person accepted, that the test finds to be out.
+  template <typename Test>
+  ExcludedHypotheses
+  excludedBy(const std::set<int>& in_doubt, const Test& is_out) const;
+  PlacementEvidence
   furniture(int source, int target, const Eigen::Isometry3d& T_target_source) const;
   /// Parts of at least so many scans of which a person said nothing.
   std::vector<std::vector<int>>
@@ -109,7 +116,7 @@ private:
   const MultiwayMap& map_;
   const std::vector<Eigen::Vector3d>& places_;
   PlacedEvidence& evidence_;
-  std::vector<OrientedSamples> furniture_; ///< of each scan
+  std::vector<OrientedSamples> furniture_; ///< of each scan; empty before findFurniture()
 };
 
 } // namespace pcl_ssfr

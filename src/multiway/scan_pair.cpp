@@ -223,6 +223,32 @@ evidenceAt(const PreparedScan& source,
   return evidence;
 }
 
+PlacementEvidence
+furnitureAt(const PreparedScan& source,
+            const OrientedSamples& source_furniture,
+            const PreparedScan& target,
+            const OrientedSamples& target_furniture,
+            const Eigen::Isometry3d& T_target_source,
+            const MultiwayOptions& options)
+{
+  const OptionedPair optioned(source, target, options);
+  const PatchPair& pair = optioned.pair;
+  VisibilityOptions tolerances = pair.fineTolerances();
+  const auto margin = static_cast<float>(options.furniture.margin);
+  tolerances.free_margin *= margin;
+  tolerances.free_ratio = 1 - margin * (1 - tolerances.free_ratio);
+  const PatchScan& s = pair.source();
+  const PatchScan& t = pair.target();
+  const Eigen::Isometry3d T = pair.toInner(T_target_source);
+  SurfaceEvidence both = collectEvidence(source_furniture, t.index, t.freeSpace(), T, tolerances);
+  both += collectEvidence(target_furniture, s.index, s.freeSpace(), T.inverse(), tolerances);
+  PlacementEvidence evidence;
+  evidence.total = both.patches.matched + both.patches.unmatched + both.patches.contradicted;
+  evidence.matched = evidence.total;
+  evidence.contradicted = both.patches.contradicted;
+  return evidence;
+}
+
 SurfaceEquations
 equationsAt(const PreparedScan& source,
             const PreparedScan& target,

@@ -87,6 +87,18 @@ evidenceAt(const PreparedScan& source,
            const MultiwayOptions& options,
            double looseness);
 
+/** \brief What becomes of the furniture of two scans in each other, with narrower margins of free space.
+ * \param[in] source_furniture,target_furniture furnitureOf() the scans
+ * \return total and matched: what is in view of the other sensor, contradicted: of that, what it saw through
+ */
+PlacementEvidence
+furnitureAt(const PreparedScan& source,
+            const OrientedSamples& source_furniture,
+            const PreparedScan& target,
+            const OrientedSamples& target_furniture,
+            const Eigen::Isometry3d& T_target_source,
+            const MultiwayOptions& options);
+
 /// The plane distances of two scans at a pose, linearised: a small motion (w, v) of the source on the left, about the
 /// target's origin, order (rotation [rad], translation [m]).
 struct SurfaceEquations {
