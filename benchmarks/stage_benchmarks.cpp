@@ -42,13 +42,13 @@ constexpr std::int64_t kSizes[] = {30000, 300000, 3000000};
 constexpr std::int64_t kLargestForPaper = 300000; // its normals and FGR's descriptors take long
 constexpr std::int64_t kLargestForFgr = 30000;
 
-// As in the default profile (src/patch_profile.cpp).
-constexpr double kLeaf = 0.025;      // [m]
-constexpr double kThickness = 0.03;  // [m]
-constexpr double kCell = 0.01745;    // [rad]
-constexpr double kVoxel = 0.5;       // [m]
-constexpr double kPairAngle = 0.07;  // [rad]
-constexpr double kRefitAngle = 0.12; // [rad]
+// As in the default profile.
+const PreparationConfig kPreparation = PatchProfileConfig{}.preparation;
+const double kLeaf = kPreparation.leaf;                                     // [m]
+const double kThickness = kPreparation.thickness;                           // [m]
+const double kCell = kPreparation.range_cell;                               // [rad]
+const double kVoxel = kPreparation.index_voxel;                             // [m]
+const double kDirectionError = PatchProfileConfig{}.search.direction_error; // [rad]
 
 // A start for the refinements, near the truth.
 constexpr double kStartTurn = 0.03; // [rad]
@@ -291,9 +291,9 @@ std::vector<RotationCandidate>
 proposeMergedRotations(const Pair& pair)
 {
   RotationOptions rotation;
-  rotation.angle_tolerance = kPairAngle;
-  rotation.merge_angle = kPairAngle;
-  rotation.refit_angle = kRefitAngle;
+  rotation.angle_tolerance = kDirectionError;
+  rotation.merge_angle = kDirectionError;
+  rotation.refit_angle = kDirectionError;
   return proposeRotations(pair.source_scan.main_normals, pair.target_scan.main_normals, rotation);
 }
 

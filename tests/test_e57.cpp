@@ -279,6 +279,7 @@ TEST_F(E57, coloursOfAnyDepth)
   const std::string limits = "<colorLimits type=\"Structure\"><colorRedMinimum type=\"Integer\"/>"
                              "<colorRedMaximum type=\"Integer\">65535</colorRedMaximum></colorLimits>";
   EXPECT_EQ(read("", 64, std::uint64_t{0x8000000000000000U} + 0x7F00, limits), 0x7F7F7FU);
+  EXPECT_EQ(read("", 64, std::uint64_t{0x8000000000000000U} + 200, ""), 0xC8C8C8U) << "no bound: 8 bits";
 }
 
 TEST_F(E57, poseOfTheScan)
@@ -602,6 +603,7 @@ TEST_F(RealE57, smallFiles)
   EXPECT_EQ(count("empty_pc.e57"), 0U);
   EXPECT_EQ(count("original_guids.e57"), 1U);
   EXPECT_EQ(count("tiny_pc_and_images.e57"), 2U);
+  EXPECT_FALSE(io::loadCloud(file("tiny_pc_and_images.e57")).T_file_scan) << "the pose in it is that of an image";
   EXPECT_EQ(count("las2e57_no_images_tag.e57"), 153U);
   EXPECT_EQ(count("cartesian_invalid_state_single.e57"), 1U); // of 3, as is the next
   EXPECT_EQ(count("tiny_spherical.e57"), 180U);               // of 360

@@ -194,6 +194,29 @@ TEST(Ply, errors)
   EXPECT_THAT(errorOf("a.ply", "ply\nformat ascii 1.0\n"), HasSubstr("ends before its end_header"));
 }
 
+TEST(PclFormats, headersAreBounded)
+{
+  std::string names, properties;
+  for (int i = 0; i < 1001; ++i) {
+    names += " f" + std::to_string(i);
+    properties += "property float f" + std::to_string(i) + "\n";
+  }
+  EXPECT_EQ(errorOf("a.pcd", "FIELDS" + names + "\n"), "a.pcd:1: a point of more than 1000 fields");
+  EXPECT_EQ(errorOf("a.ply", "ply\nformat ascii 1.0\nelement vertex 1\n" + properties + "end_header\n"),
+            "a.ply:1004: element 'vertex' has more than 1000 properties");
+}
+
+// LZF makes at most 264 bytes of 3: a header that promises more reserves no memory for it.
+TEST(Pcd, compressionIsBounded)
+{
+  const auto withSizes = [](std::uint32_t packed, std::uint32_t points) {
+    return "FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nWIDTH " + std::to_string(points) + "\nDATA binary_compressed\n" +
+           testing::bytesOf(packed) + testing::bytesOf(12 * points) + std::string(packed, '\0');
+  };
+  EXPECT_THAT(errorOf("a.pcd", withSizes(30, 220)), HasSubstr("compressed data are damaged")) << "2640 bytes: 88 each";
+  EXPECT_THAT(errorOf("a.pcd", withSizes(30, 230)), HasSubstr("compressed data give 2760 bytes"));
+}
+
 TEST(PclFormats, mutationsNeverCrash)
 {
   const TemporaryFolder folder;

@@ -252,6 +252,31 @@ TEST(TextFormats, mutationsNeverCrash)
   fuzz("a.ptx", kPtx, kFuzzRounds);
 }
 
+TEST(TextFormats, columnsAreBounded)
+{
+  const std::string many(1000, ',');
+  EXPECT_EQ(errorOf("a.csv", "x,y,z" + many + "\n1,2,3\n"), "a.csv:1: more than 1000 names of columns");
+  EXPECT_EQ(parse("a.csv", "# x y z" + many + "\n1,2,3\n").points->size(), 1U) << "a remark";
+  std::string row = "1";
+  for (int i = 0; i < 1000; ++i)
+    row += " 1";
+  EXPECT_THAT(errorOf("a.xyz", row + "\n"), HasSubstr("1001 columns, at most 1000"));
+}
+
+// What libFuzzer found once (scripts/fuzz begins with these as well): each loads or is refused in one line.
+TEST(Files, findingsStayMended)
+{
+  int files = 0;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(PCL_SSFR_FUZZ_FINDINGS)) {
+    if (!entry.is_regular_file())
+      continue;
+    ++files;
+    const std::string reader = entry.path().parent_path().filename().string();
+    EXPECT_NO_THROW(testing::readAnyBytes("a." + reader, io::readFile(entry.path().string()))) << entry.path();
+  }
+  EXPECT_GE(files, 2);
+}
+
 TEST(Files, whatCannotBeReadIsNamed)
 {
   const TemporaryFolder folder;

@@ -371,7 +371,6 @@ TEST(JointAdjustment, covarianceGrowsAlongAChain)
   };
   AdjustmentConfig config;
   config.damping = 1e-9;
-  config.covariance_factor = 1;
   const JointAdjustment adjusted =
       adjustJointly(job.truth, pairs, {0}, job.places, equations, patchesOfTheirOwn, config, 1);
   // Of the rotation, which no lever arm changes.

@@ -8,6 +8,7 @@
 #include <apps/io/e57_writer.h>
 #include <apps/io/file_bytes.h>
 #include <apps/io/loaded_cloud.h>
+#include <apps/io/pcd_format.h>
 #include <apps/map/control_points.h>
 #include <apps/map/map_clouds.h>
 #include <apps/map/map_files.h>
@@ -29,6 +30,7 @@
 
 #include <csignal>
 #include <cstdlib>
+#include <cstring>
 #include <fstream>
 #include <sstream>
 #include <thread>
@@ -224,8 +226,10 @@ TEST_F(Program, severalComponentsAreCodeOneAndMendedByHand)
   std::filesystem::create_directories(out("in"));
   for (const char* name : {"s0.pcd", "s1.pcd", "s3.pcd"})
     std::filesystem::copy(scans() + "/" + name, out("in"));
-  const Outcome apart = run("'" + out("in") + "' --out '" + out() + "' --reject s3,s0 --reject s3.pcd,s1.pcd");
+  const Outcome apart = run("'" + out("in") + "' --out '" + out() +
+                            "' --reject s3,s0 --reject s3.pcd,s1.pcd --merged '" + out("all.pcd") + "'");
   EXPECT_EQ(apart.code, 1) << apart.err;
+  EXPECT_THAT(apart.out, HasSubstr("not in the clouds, as they have no place in the largest component: s3.pcd\n"));
   const auto poses = table(out() + "/poses.csv");
   EXPECT_EQ(poses[3][1], "1");
   EXPECT_THAT(poses[3].back(), HasSubstr("rejected by a person"));
@@ -328,15 +332,35 @@ void
 writeDecorated(const std::string& from, const std::string& to, const Eigen::Vector3d& sensor)
 {
   const io::LoadedCloud cloud = io::loadCloud(from);
-  pcl::PointCloud<pcl::PointXYZI> points;
+  pcl::PCLPointCloud2 table;
+  for (const char* name : {"x", "y", "z", "intensity", "rgb"})
+    io::addField(table, name, pcl::PCLPointField::FLOAT32);
+  io::resizeTable(table, cloud.points->size());
+  std::uint8_t* at = table.data.data();
   for (const auto& p : *cloud.points) {
-    pcl::PointXYZI point;
-    point.getVector3fMap() = p.getVector3fMap() + sensor.cast<float>();
-    point.intensity = p.x * 10;
-    points.push_back(point);
+    const Eigen::Vector3f moved = p.getVector3fMap() + sensor.cast<float>();
+    const float intensity = p.x * 10;
+    const std::uint32_t rgb =
+        io::packRgb(static_cast<std::uint32_t>(at - table.data.data()) / table.point_step % 256, 128, 255);
+    std::memcpy(at, moved.data(), 12);
+    std::memcpy(at + 12, &intensity, 4);
+    std::memcpy(at + 16, &rgb, 4);
+    at += table.point_step;
   }
-  points.sensor_origin_.head<3>() = sensor.cast<float>();
-  pcl::io::savePCDFileBinary(to, points);
+  io::writePcd(to, table, Eigen::Isometry3d(Eigen::Translation3d(sensor)));
+}
+
+/// The packed colours of all points; nothing where there are none.
+std::vector<std::uint32_t>
+coloursOf(const pcl::PCLPointCloud2& table)
+{
+  std::vector<std::uint32_t> colours;
+  if (const pcl::PCLPointField* rgb = io::findField(table, "rgb"))
+    for (std::size_t i = 0; i < io::pointCount(table); ++i) {
+      colours.emplace_back();
+      std::memcpy(&colours.back(), table.data.data() + i * table.point_step + rgb->offset, 4);
+    }
+  return colours;
 }
 
 TEST_F(Program, scansAreWrittenWithTheirPoses)
@@ -376,6 +400,8 @@ TEST_F(Program, scansAreWrittenWithTheirPoses)
     const io::LoadedCloud again = io::loadCloud(out("map.e57") + "#" + std::filesystem::path(name).stem().string());
     ASSERT_EQ(again.points->size(), scan.points->size());
     EXPECT_EQ(again.has_intensity, scan.has_intensity);
+    EXPECT_EQ(coloursOf(again.table), coloursOf(scan.table));
+    EXPECT_EQ(coloursOf(again.table).empty(), std::string(name) == "s3.pcd");
     for (std::size_t i = 0; i < scan.points->size(); ++i) {
       ASSERT_LT(((*again.points)[i].getVector3fMap() + place.cast<float>() - (*scan.points)[i].getVector3fMap()).norm(),
                 1e-5F);

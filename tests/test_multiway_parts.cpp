@@ -172,10 +172,10 @@ TEST_F(Parts, linksThatAreNotSureHoldNothingTogether)
 
 /// Scans 2, 4, 5 and 8 at 0, 0.6, 0.9 and 1.2 m; of all pairs the same share meets.
 std::vector<int>
-sameStations(double share, std::size_t least)
+sameStations(double share, std::size_t least, double within = 1)
 {
-  MultiwayOptions options;
-  options.alias.same_station = least;
+  AliasConfig config;
+  config.same_station = least;
   const std::vector<int> members = {2, 4, 5, 8};
   std::vector<Eigen::Vector3d> stations;
   for (const double x : {0.0, 0.6, 0.9, 1.2})
@@ -184,7 +184,7 @@ sameStations(double share, std::size_t least)
   PlacementEvidence e;
   e.total = 200;
   e.matched = 200 * share;
-  return findSameStations(members, stations, pairs, std::vector<PlacementEvidence>(pairs.size(), e), options);
+  return findSameStations(members, stations, within, pairs, std::vector<PlacementEvidence>(pairs.size(), e), config);
 }
 
 TEST(SameStations, areOfThreeScansThatSeeTheSame)
@@ -192,6 +192,7 @@ TEST(SameStations, areOfThreeScansThatSeeTheSame)
   EXPECT_THAT(sameStations(0.85, 3), ElementsAre(2, 4, 5, 8));
   EXPECT_THAT(sameStations(0.75, 3), ElementsAre());
   EXPECT_THAT(sameStations(0.85, 5), ElementsAre()); // 2 and 8 are 1.2 m apart, so no scan has four others
+  EXPECT_THAT(sameStations(0.85, 3, 0.4), ElementsAre(4, 5, 8));
 }
 
 } // namespace

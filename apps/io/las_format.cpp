@@ -78,7 +78,8 @@ readHeader(const std::string& path, std::string_view bytes, std::uint64_t size)
   const unsigned format = valueAt<std::uint8_t>(bytes, kFormatAt);
   if (format >= kCompressedFrom)
     throw IoError(path +
-                  ": is compressed (LAZ), which is not read: 'pdal translate IN.laz OUT.las' makes a LAS file of it");
+                  ": is compressed (LAZ), which is not read: 'pdal translate IN.laz OUT.las' or 'laszip -i IN.laz -o "
+                  "OUT.las' makes a LAS file of it (free programs, see docs/FORMATS.md)");
   if (format >= kFormats.size())
     throw IoError(path + ": LAS point format " + std::to_string(format) + " is not supported");
 

@@ -25,6 +25,7 @@ using Field = pcl::PCLPointField;
 constexpr std::size_t kMaxPointStep = 1U << 20; ///< longest point that we believe in [bytes]
 constexpr std::size_t kHeaderWindow = 1U << 14; ///< nearly every header is shorter ... [bytes]
 constexpr std::uint64_t kNextWindow = 16;
+constexpr std::size_t kMaxFields = 1000;
 constexpr std::size_t kLongestHeader = 1U << 22; ///< ... and every one than this, comments included [bytes]
 
 struct PcdField {
@@ -111,6 +112,8 @@ readHeader(TextScanner& scanner)
     if (key == "VERSION")
       continue;
     if (key == "FIELDS" || key == "COLUMNS") {
+      if (tokens.size() > kMaxFields + 1)
+        throw scanner.error("a point of more than " + std::to_string(kMaxFields) + " fields");
       header.fields.clear();
       for (std::size_t i = 1; i < tokens.size(); ++i) {
         header.fields.emplace_back();
@@ -326,7 +329,7 @@ void
 readCompressed(const TextScanner& scanner, const PcdHeader& header, pcl::PCLPointCloud2& table)
 {
   constexpr std::size_t kSizes = 2 * sizeof(std::uint32_t);
-  constexpr std::size_t kMaxRatio = 264; // LZF: 3 bytes give at most 264
+  constexpr std::size_t kMaxRatio = 88; // LZF: 3 bytes give at most 264
   const std::string_view rest = scanner.rest();
   if (header.points == 0)
     return resizeTable(table, 0);

@@ -23,7 +23,7 @@ contains(const std::vector<std::string>& names, const char* name)
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-/// The names on a line of words, canonical and distinct.
+/// The names on a line of words, canonical and distinct; one more than a file may have where there are more.
 std::vector<std::string>
 headerNames(std::string_view line)
 {
@@ -44,12 +44,12 @@ headerNames(std::string_view line)
     names.push_back(distinct);
   };
   if (separator == ' ') {
-    for (const auto token : splitTokens(line))
+    for (auto token = nextToken(line); !token.empty() && names.size() <= kMaxColumns; token = nextToken(line))
       if (token != "//" && token != "#" && token != "%")
         add(token);
     return names;
   }
-  while (!line.empty()) {
+  while (!line.empty() && names.size() <= kMaxColumns) {
     const std::size_t end = std::min(line.find(separator), line.size());
     add(line.substr(0, end));
     line.remove_prefix(std::min(end + 1, line.size()));
@@ -102,10 +102,12 @@ guessNames(const std::vector<double>& values, std::size_t columns)
   return names;
 }
 
+/// Numbers that lines of \p columns each hold at most: each takes a byte and a separator.
 std::size_t
-lineCount(std::string_view text)
+mostNumbers(std::string_view lines, std::size_t columns)
 {
-  return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n')) + 1;
+  const auto count = static_cast<std::size_t>(std::count(lines.begin(), lines.end(), '\n')) + 1;
+  return std::min(columns * count, lines.size() / 2 + 1);
 }
 
 /// A first data line that holds one count and nothing else.
@@ -148,6 +150,8 @@ readTextTable(const std::string& path, std::string_view bytes)
     else if (!startsWithNumber(line) && (names.empty() || names_in_comment)) {
       names = headerNames(line);
       names_in_comment = false;
+      if (names.size() > kMaxColumns)
+        throw scanner.error("more than " + std::to_string(kMaxColumns) + " names of columns");
       for (const char* needed : {"x", "y", "z"})
         if (!contains(names, needed))
           throw scanner.error("neither numbers nor a line of column names with '" + std::string(needed) +
@@ -184,7 +188,7 @@ readTextTable(const std::string& path, std::string_view bytes)
         throw scanner.error(std::to_string(got) + " columns, at most " + std::to_string(kMaxColumns) +
                             " are supported");
       columns = got;
-      values.reserve(columns * lineCount(scanner.rest()) + columns);
+      values.reserve(columns + mostNumbers(scanner.rest(), columns));
     }
     if (got != columns)
       throw scanner.error(std::to_string(got) + " columns, expected " + std::to_string(columns) +

@@ -42,6 +42,8 @@ requireWritable(const std::string& path)
     throw io::IoError(path + ": cannot be written");
 }
 
+} // namespace
+
 std::vector<std::size_t>
 scansToWrite(const MultiwayMap& map)
 {
@@ -51,8 +53,6 @@ scansToWrite(const MultiwayMap& map)
       scans.push_back(i);
   return scans;
 }
-
-} // namespace
 
 std::vector<std::string>
 shortNames(const std::vector<MapInputFile>& files)

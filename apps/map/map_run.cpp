@@ -361,6 +361,20 @@ private:
     return "";
   }
 
+  /// Which scans are not among the clouds that were asked for.
+  std::string
+  leftOutText(const MultiwayMap& map) const
+  {
+    const std::vector<std::size_t> written = scansToWrite(map);
+    if (!arguments_.clouds.any() || written.size() == map.scans.size())
+      return "";
+    std::string text;
+    for (std::size_t i = 0; i < map.scans.size(); ++i)
+      if (!std::binary_search(written.begin(), written.end(), i))
+        text += (text.empty() ? "" : ", ") + map.scans[i].name;
+    return "not in the clouds, as they have no place in the largest component: " + text + "\n";
+  }
+
   void
   write(const MapOutput& output) const
   {
@@ -373,7 +387,7 @@ private:
     if (arguments_.tum)
       io::writeFile(inFolder("poses.tum"), posesTum(output.map));
     if (arguments_.json.empty())
-      std::cout << mapText(output) << "written to " << arguments_.out << "\n";
+      std::cout << mapText(output) << "written to " << arguments_.out << "\n" << leftOutText(output.map);
     else if (arguments_.json == "-")
       std::cout << json;
     else

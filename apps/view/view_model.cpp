@@ -98,8 +98,12 @@ ViewModel::ViewModel(ViewRun run, std::size_t candidate) : run_(std::move(run))
 void
 ViewModel::traceSearch()
 {
+  // The search of the answer that is shown, from the same guess.
+  std::optional<Eigen::Isometry3d> guess;
+  if (run_.report.options.profile == Profile::Default && run_.report.guess)
+    guess = toClouds(*run_.report.guess);
   SearchTrace trace;
-  registerPatchScans(source_, target_, options_, nullptr, Deadline(), &trace);
+  registerPatchScans(source_, target_, options_, guess ? &*guess : nullptr, Deadline(), &trace);
   const PatchPair pair(source_, target_, options_, nullptr, Deadline());
   std::vector<StageReport> reports;
   StageLog log(reports);
@@ -243,8 +247,8 @@ ViewModel::sphere(bool of_source) const
 std::array<AxisView, 3>
 ViewModel::patchAxes(const Eigen::Matrix3d& R) const
 {
-  // Of the passes, which try different numbers of peaks, the last one that was made is shown.
-  const ViewedPass& search = passes_[passesMade() - 1];
+  // Of the passes, which try different numbers of peaks, the last one is shown.
+  const ViewedPass& search = passes_.back();
   const OrientedSamples& source = source_.patches.samples;
   const OrientedSamples& target = target_.patches.samples;
   const Eigen::Matrix3d axes =
@@ -369,15 +373,6 @@ ViewModel::fates(const ViewedPose& pose, bool of_source) const
 // ---------------------------------------------------------------------------------------------------------------------
 // Where the truth was lost
 
-std::size_t
-ViewModel::passesMade() const
-{
-  const auto made = std::count_if(result().stages.begin(), result().stages.end(), [](const StageReport& s) {
-    return s.name == kTranslationsStage;
-  });
-  return std::clamp<std::size_t>(static_cast<std::size_t>(made), 1, passes_.size());
-}
-
 std::vector<LossStep>
 ViewModel::findLoss() const
 {
@@ -428,7 +423,7 @@ ViewModel::findPatchLoss() const
   std::vector<LossStep> steps;
   const Eigen::Isometry3d truth = toPatches(*run_.truth);
   const double scale = std::max(source_.scale, target_.scale);
-  const std::size_t passes = passesMade();
+  const std::size_t passes = passes_.size();
   for (std::size_t e = 0; e < passes; ++e) {
     const ViewedPass& search = passes_[e];
     const std::string suffix = passes > 1 ? ", pass " + std::to_string(e + 1) : "";

@@ -213,8 +213,6 @@ private:
   paperAxes(const Eigen::Matrix3d& R) const;
   std::vector<ShiftScore>
   scoresAlong(const Eigen::Isometry3d& T_patches, const Eigen::Vector3d& axis) const;
-  std::size_t
-  passesMade() const;
   std::vector<LossStep>
   findPatchLoss() const;
   std::vector<LossStep>

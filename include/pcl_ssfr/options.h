@@ -81,7 +81,8 @@ struct SearchOptions {
 /** \brief Everything that can be set. The defaults need no change: a length of 0 is chosen from the data.
  *
  * Build one by makeOptions(profile); change fields; the registration validates them. The two groups are bases, so that
- * a field is set by its name alone (`options.leaf = 0.1`) while a function says by its parameter which group it reads.
+ * a field is set by its name alone (`options.leaf = 0.1`), and it is seen from the group whether a scan has to be
+ * prepared anew.
  */
 struct Options : PreparationOptions, SearchOptions {
   unsigned threads = 1;             ///< 0: all processors, at most kMaxThreads; the result never depends on it

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import resource
 import sys
 import time
 from typing import Any, Optional
@@ -59,11 +60,15 @@ def options_of(arguments: argparse.Namespace) -> dict[str, Any]:
     return options
 
 
-def read(path: str) -> pcl_ssfr.ScanFile:
-    scan = pcl_ssfr.read_scan_file(path)
-    if not np.isfinite(scan.points).all(axis=1).any():
-        raise pcl_ssfr.FileError(f"{path}: none of its {len(scan.points)} points is finite")
-    return scan
+def without_points(path: str, scan: pcl_ssfr.ScanFile) -> Optional[str]:
+    """What to say of a scan that has nothing to register."""
+    if np.isfinite(scan.points).all(axis=1).any():
+        return None
+    return f"{path}: none of its {len(scan.points)} points is finite"
+
+
+def place(viewpoint: Optional[np.ndarray[Any, Any]]) -> Optional[list[float]]:
+    return None if viewpoint is None else viewpoint.tolist()
 
 
 def as_json(result: pcl_ssfr.Result, arguments: argparse.Namespace, seconds: float) -> str:
@@ -81,6 +86,8 @@ def as_json(result: pcl_ssfr.Result, arguments: argparse.Namespace, seconds: flo
         "rmse_m": result.rmse,
         "correspondence_distance_m": result.correspondence_distance if judged else None,
         "time_s": seconds,
+        "peak_rss_mib": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,  # Linux counts in KiB
+        "probability_of_none": result.probability_of_none if judged else None,
         "candidates": [
             {
                 "T_target_source": candidate.T_target_source.tolist(),
@@ -93,7 +100,21 @@ def as_json(result: pcl_ssfr.Result, arguments: argparse.Namespace, seconds: flo
             }
             for candidate in result.candidates
         ],
+        "unobservable": [
+            {
+                "kind": "rotation" if open_one.rotation else "translation",
+                "direction": open_one.direction.tolist(),
+                "strength": open_one.strength,
+            }
+            for open_one in result.unobservable
+        ],
         "information": result.information.tolist(),
+        "source_viewpoint_used": result.source_viewpoint is not None,
+        "target_viewpoint_used": result.target_viewpoint is not None,
+        "source_viewpoint_found": result.source_viewpoint_found,
+        "target_viewpoint_found": result.target_viewpoint_found,
+        "source_viewpoint_m": place(result.source_viewpoint),
+        "target_viewpoint_m": place(result.target_viewpoint),
         "stages": [
             {"name": stage.name, "seconds": stage.seconds, "in": stage.count_in, "out": stage.count_out}
             for stage in result.stages
@@ -102,6 +123,24 @@ def as_json(result: pcl_ssfr.Result, arguments: argparse.Namespace, seconds: flo
         "target": arguments.target,
         "version": pcl_ssfr.__version__,
     }
+    return as_lines(found)
+
+
+def nothing_as_json(message: str, arguments: argparse.Namespace) -> str:
+    return as_lines(
+        {
+            "method": "ssfr" if arguments.profile != "paper2017" else "ssfr_paper2017",
+            "status": str(pcl_ssfr.Status.TOO_FEW_POINTS),
+            "converged": False,
+            "message": message,
+            "source": arguments.source,
+            "target": arguments.target,
+            "version": pcl_ssfr.__version__,
+        }
+    )
+
+
+def as_lines(found: dict[str, Any]) -> str:
     return json.dumps(found, indent=2) + "\n"
 
 
@@ -127,12 +166,26 @@ def write(path: str, text: str) -> None:
         raise pcl_ssfr.FileError(f"{path}: cannot be written: {error.strerror}") from error
 
 
+def write_json(path: str, text: str) -> None:
+    if path == "-":
+        sys.stdout.write(text)
+    else:
+        write(path, text)
+
+
 def run(words: Optional[list[str]] = None) -> int:
     """Align as the command line says; the exit code. Raises ValueError, FileError for files."""
     arguments = parser().parse_args(words)
     options = options_of(arguments)
     guess = None if arguments.guess is None else pcl_ssfr.read_transform(arguments.guess)
-    source, target = read(arguments.source), read(arguments.target)
+    source, target = (pcl_ssfr.read_scan_file(path) for path in (arguments.source, arguments.target))
+    message = without_points(arguments.source, source) or without_points(arguments.target, target)
+    if message is not None:
+        if arguments.json is None:
+            sys.stdout.write(f"Not aligned, {pcl_ssfr.Status.TOO_FEW_POINTS}: {message}\n")
+        else:
+            write_json(arguments.json, nothing_as_json(message, arguments))
+        return NOT_ALIGNED
     start = time.perf_counter()
     result = pcl_ssfr.register_scans(
         source.points,
@@ -150,10 +203,8 @@ def run(words: Optional[list[str]] = None) -> int:
         write(arguments.transform, "\n".join(rows) + "\n")
     if arguments.json is None:
         sys.stdout.write(as_text(result, arguments, seconds))
-    elif arguments.json == "-":
-        sys.stdout.write(as_json(result, arguments, seconds))
     else:
-        write(arguments.json, as_json(result, arguments, seconds))
+        write_json(arguments.json, as_json(result, arguments, seconds))
     return ALIGNED if result.converged else NOT_ALIGNED
 
 
@@ -163,6 +214,9 @@ def main() -> int:
     except ValueError as error:
         print(f"pcl_ssfr: {error}", file=sys.stderr)
         return FILES if isinstance(error, pcl_ssfr.FileError) else USAGE
+    except (MemoryError, OSError) as error:  # a scan too large, a pipe that is closed
+        print(f"pcl_ssfr: {error or 'out of memory'}", file=sys.stderr)
+        return FILES
 
 
 if __name__ == "__main__":

@@ -308,7 +308,7 @@ adjustJointly(std::vector<Eigen::Isometry3d> poses,
       Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(curvature.unknowns(), 6);
       unit.middleRows<6>(column).setIdentity();
       const Eigen::MatrixXd x = solver.solve(unit);
-      const Matrix6 covariance = config.covariance_factor * x.transpose() * (b * x);
+      const Matrix6 covariance = x.transpose() * (b * x);
       // About the scan's own place.
       const Matrix6 m = motionInto(Eigen::Isometry3d(Eigen::Translation3d(poses[i] * places[i])));
       result.covariances[i] = m * covariance * m.transpose();

@@ -83,6 +83,8 @@ public:
                is_apart;
     if (is_apart)
       adjustAnew(placed);
+    for (std::string& note : alike_.repeatedStations(placed.assembly))
+      map_.notes.push_back(std::move(note));
     const Assembly& assembly = placed.assembly;
     const HypothesisGraph& graph = placed.graph;
     const std::vector<std::string>& reasons = placed.reasons;

@@ -106,7 +106,6 @@ validate(const MultiwayOptions& options)
   requirePositive("adjustment.damping", adjustment.damping);
   requirePositive("adjustment.damping_of_large", adjustment.damping_of_large);
   requirePositive("adjustment.noise_floor", adjustment.noise_floor);
-  requirePositive("adjustment.covariance_factor", adjustment.covariance_factor);
 }
 
 const char*

@@ -98,9 +98,10 @@ findHanging(const std::vector<int>& members,
 std::vector<int>
 findSameStations(const std::vector<int>& members,
                  const std::vector<Eigen::Vector3d>& stations,
+                 double within,
                  const std::vector<std::pair<int, int>>& pairs,
                  const std::vector<PlacementEvidence>& evidence,
-                 const MultiwayOptions& options)
+                 const AliasConfig& config)
 {
   std::map<int, Eigen::Vector3d> station;
   for (std::size_t m = 0; m < members.size(); ++m)
@@ -108,15 +109,14 @@ findSameStations(const std::vector<int>& members,
   std::map<int, std::set<int>> same; // of each scan: itself and those that stand where it does
   for (std::size_t k = 0; k < pairs.size(); ++k) {
     const auto [i, j] = pairs[k];
-    if (!(evidence[k].matched >= options.alias.same_view * evidence[k].total) ||
-        (station[i] - station[j]).norm() >= options.choice.rival_translation)
+    if (!(evidence[k].matched >= config.same_view * evidence[k].total) || (station[i] - station[j]).norm() >= within)
       continue;
     same[i].insert({i, j});
     same[j].insert({i, j});
   }
   std::set<int> found;
   for (const auto& [i, scans] : same)
-    if (scans.size() >= options.alias.same_station)
+    if (scans.size() >= config.same_station)
       found.insert(scans.begin(), scans.end());
   return {found.begin(), found.end()};
 }

@@ -43,14 +43,16 @@ findHanging(const std::vector<int>& members,
  *
  * Nobody sets up a scanner there so often: rooms alike, scanned from the same place, are laid onto one another.
  * \param[in] stations places of the sensors of \p members in the map [m]
+ * \param[in] within distance of two sensors that are at one place [m]
  * \param[in] pairs of \p members, with their evidence \return ascending
  */
 std::vector<int>
 findSameStations(const std::vector<int>& members,
                  const std::vector<Eigen::Vector3d>& stations,
+                 double within,
                  const std::vector<std::pair<int, int>>& pairs,
                  const std::vector<PlacementEvidence>& evidence,
-                 const MultiwayOptions& options);
+                 const AliasConfig& config);
 
 /// A place for a scan: the sum of the beliefs of the links that say so, and the score of all surfaces there.
 struct PlaceOdds {

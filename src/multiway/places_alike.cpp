@@ -213,13 +213,7 @@ PlacesAlike::sameStations(const Assembly& assembly, const std::set<int>& in_doub
   for (const std::vector<int>& members : undecidedParts(assembly, 1)) {
     if (std::none_of(members.begin(), members.end(), [&](int i) { return in_doubt.count(i) > 0; }))
       continue;
-    std::vector<Eigen::Vector3d> stations;
-    stations.reserve(members.size());
-    for (const int i : members)
-      stations.push_back(assembly.poses[static_cast<std::size_t>(i)] * places_[static_cast<std::size_t>(i)]);
-    const auto pairs = pairsOf(members);
-    const std::vector<int> found =
-        findSameStations(members, stations, pairs, evidence_.of(assembly, members, pairs), input_.options);
+    const std::vector<int> found = sameStationsOf(assembly, members, input_.options.choice.rival_translation);
     if (!found.empty())
       doubts.push_back({found,
                         std::to_string(found.size()) + " scans (with " + name(found.front()) +
@@ -227,6 +221,34 @@ PlacesAlike::sameStations(const Assembly& assembly, const std::set<int>& in_doub
                             "apart (approximate --poses or --accept decide)"});
   }
   return doubts;
+}
+
+std::vector<std::string>
+PlacesAlike::repeatedStations(const Assembly& assembly) const
+{
+  std::vector<std::string> notes;
+  if (!input_.options.alias.check)
+    return notes;
+  for (const std::vector<int>& members : undecidedParts(assembly, 1)) {
+    const std::vector<int> found = sameStationsOf(assembly, members, input_.options.choice.same_translation);
+    if (!found.empty())
+      notes.push_back(std::to_string(found.size()) + " scans (with " + name(found.front()) +
+                      ") stand where others do and see the same: if they were not taken there, places look alike and "
+                      "are laid onto one another (--reject or approximate --poses decide)");
+  }
+  return notes;
+}
+
+std::vector<int>
+PlacesAlike::sameStationsOf(const Assembly& assembly, const std::vector<int>& members, double within) const
+{
+  std::vector<Eigen::Vector3d> stations;
+  stations.reserve(members.size());
+  for (const int i : members)
+    stations.push_back(assembly.poses[static_cast<std::size_t>(i)] * places_[static_cast<std::size_t>(i)]);
+  const auto pairs = pairsOf(members);
+  return findSameStations(
+      members, stations, within, pairs, evidence_.of(assembly, members, pairs), input_.options.alias);
 }
 
 std::vector<Doubt>

@@ -84,6 +84,11 @@ public:
   std::vector<Doubt>
   sameStations(const Assembly& assembly, const std::set<int>& in_doubt) const;
 
+  /// Notes on scans of any part that stand within ChoiceConfig::same_translation of at least two others and see the
+  /// same: no reason for doubt by itself, as sensors turn on the spot, but a person knows whether they did.
+  std::vector<std::string>
+  repeatedStations(const Assembly& assembly) const;
+
   /// Storeys that may be several laid onto one another: the scans of the storey, not those on the ways up and down.
   std::vector<Doubt>
   storeys(const Assembly& assembly) const;
@@ -99,6 +104,8 @@ private:
   template <typename Test>
   ExcludedHypotheses
   excludedBy(const std::set<int>& in_doubt, const Test& is_out) const;
+  std::vector<int>
+  sameStationsOf(const Assembly& assembly, const std::vector<int>& members, double within) const;
   PlacementEvidence
   furniture(int source, int target, const Eigen::Isometry3d& T_target_source) const;
   /// Parts of at least so many scans of which a person said nothing.

@@ -102,6 +102,66 @@ findPatchMainNormals(const OrientedSamples& samples, const Options& options)
   return findMainNormals(sphere, findDensestRegions(sphere, densities, density), mean_shift);
 }
 
+/// A scan thinned at the scale of its scene.
+struct ScaledCloud {
+  double scale = 1;
+  ThinnedCloud cloud; ///< relative to the median of the scan
+};
+
+ScaledCloud
+thinAtScale(const ScanView& scan, const ScanExtent& extent, const Options& options, const Deadline& deadline)
+{
+  const PreparationConfig& config = options.patch_profile.preparation;
+  const PatchOptions& patches = options.patches;
+  ScaledCloud result;
+  result.scale = sceneScale(extent, config);
+  // A patch of the finest level has an edge of 2^finest_level leaves; a normal radius r asks for an edge of 2 r.
+  const bool given = options.leaf > 0 || options.normal_radius > 0;
+  const auto leaf = [&] {
+    return options.leaf > 0            ? options.leaf
+           : options.normal_radius > 0 ? 2 * options.normal_radius / static_cast<double>(1 << patches.finest_level)
+                                       : config.leaf * result.scale;
+  };
+  result.cloud = thinScan(scan, leaf(), extent.median, 0, threadCount(options), deadline);
+  // Where points are sparse, patches must be larger to hold enough of them.
+  while (!given && result.cloud.size() >= config.min_points &&
+         pointsPerCell(result.cloud, patches.coarsest_level) < static_cast<std::size_t>(config.min_points_per_cell)) {
+    result.scale *= 2;
+    result.cloud = ThinnedCloud(); // its memory first
+    result.cloud = thinScan(scan, leaf(), extent.median, 0, threadCount(options), deadline);
+  }
+  return result;
+}
+
+/// Where a scan's sensor is, relative to its origin [m].
+struct SensorPlace {
+  std::optional<Eigen::Vector3d> place; ///< nothing: not known
+  bool is_found = false;                ///< in the points, not given
+};
+
+SensorPlace
+placeSensor(const ScanView& scan,
+            const Eigen::Vector3d& origin,
+            const ThinnedCloud& cloud,
+            const ViewpointSearchConfig& search,
+            const Options& options,
+            const Deadline& deadline)
+{
+  const Eigen::Vector3d given = scan.viewpoint - origin;
+  const ViewpointMode mode = options.viewpoint_mode;
+  if (mode == ViewpointMode::Unused)
+    return {};
+  if (mode == ViewpointMode::SensorOrigin || (mode == ViewpointMode::Auto && scan.viewpoint_is_known))
+    return {given, false};
+  const Eigen::Matrix3Xf points =
+      drawPoints(scan, origin, thinningReach(cloud.leaf), static_cast<std::size_t>(search.levels.back().points));
+  if (mode == ViewpointMode::Auto && isPlausibleViewpoint(points, given.cast<float>(), search, deadline))
+    return {given, false};
+  if (const std::optional<Eigen::Vector3f> place = findViewpoint(points, search, threadCount(options), deadline))
+    return {place->cast<double>(), true};
+  return {};
+}
+
 } // namespace
 
 DensityOptions
@@ -123,74 +183,50 @@ preparePatchScan(const ScanView& scan, const Options& options, const Deadline& d
 {
   PatchScan prepared;
   StageClock clock;
-  // Whether the time has run out by the end of a stage: then the stage itself may not be complete.
-  const auto endsIn = [&](const char* stage, std::uint64_t in, std::uint64_t out) {
+  // A stage in which the time ran out may not be complete.
+  const auto finish = [&](const char* stage, std::uint64_t in, std::uint64_t out) {
     prepared.stages.push_back(clock.lap(stage, in, out));
     if (deadline.hasPassed())
       prepared.unfinished = stage;
-    return !prepared.unfinished.empty();
   };
 
-  prepared.extent = measureExtent(scan, deadline);
   const PreparationConfig& config = options.patch_profile.preparation;
-  prepared.scale = sceneScale(prepared.extent, config);
+  const PatchOptions& patches = options.patches;
+  prepared.extent = measureExtent(scan, deadline);
   prepared.origin = prepared.extent.median;
-  PatchOptions patches = options.patches;
-  // A patch of the finest level has an edge of 2^finest_level leaves; a normal radius r asks for an edge of 2 r.
-  const bool given = options.leaf > 0 || options.normal_radius > 0;
-  const auto leaf = [&] {
-    return options.leaf > 0            ? options.leaf
-           : options.normal_radius > 0 ? 2 * options.normal_radius / static_cast<double>(1 << patches.finest_level)
-                                       : config.leaf * prepared.scale;
-  };
-  ThinnedCloud cloud = thinScan(scan, leaf(), prepared.origin, 0, threadCount(options), deadline);
-  // Where points are sparse, patches must be larger to hold enough of them.
-  while (!given && cloud.size() >= config.min_points &&
-         pointsPerCell(cloud, patches.coarsest_level) < static_cast<std::size_t>(config.min_points_per_cell)) {
-    prepared.scale *= 2;
-    cloud = ThinnedCloud(); // its memory first
-    cloud = thinScan(scan, leaf(), prepared.origin, 0, threadCount(options), deadline);
-  }
-  if (endsIn(kThinningStage, scan.count(), count(cloud.size())))
+  ScaledCloud scaled_cloud = thinAtScale(scan, prepared.extent, options, deadline);
+  prepared.scale = scaled_cloud.scale;
+  ThinnedCloud& cloud = scaled_cloud.cloud;
+  finish(kThinningStage, scan.count(), count(cloud.size()));
+  if (!prepared.unfinished.empty())
     return prepared;
 
   const PreparationConfig lengths = scaled(config, prepared.scale);
-  Eigen::Vector3d viewpoint = scan.viewpoint - prepared.origin;
-  const ViewpointMode mode = options.viewpoint_mode;
-  prepared.viewpoint_used =
-      mode == ViewpointMode::SensorOrigin || (mode == ViewpointMode::Auto && scan.viewpoint_is_known);
-  if (!prepared.viewpoint_used && mode != ViewpointMode::Unused) {
-    const ViewpointSearchConfig& search = lengths.viewpoint;
-    const Eigen::Matrix3Xf points = drawPoints(
-        scan, prepared.origin, thinningReach(cloud.leaf), static_cast<std::size_t>(search.levels.back().points));
-    prepared.viewpoint_used =
-        mode == ViewpointMode::Auto && isPlausibleViewpoint(points, viewpoint.cast<float>(), search, deadline);
-    if (!prepared.viewpoint_used) {
-      const std::optional<Eigen::Vector3f> place = findViewpoint(points, search, threadCount(options), deadline);
-      prepared.viewpoint_used = prepared.viewpoint_found = place.has_value();
-      if (place)
-        viewpoint = place->cast<double>();
-    }
+  const SensorPlace sensor = placeSensor(scan, prepared.origin, cloud, lengths.viewpoint, options, deadline);
+  prepared.viewpoint_used = sensor.place.has_value();
+  prepared.viewpoint_found = sensor.is_found;
+  if (sensor.place) {
+    prepared.viewpoint = *sensor.place;
+    prepared.range_image = RangeImage(cloud.points, prepared.viewpoint.cast<float>(), config.range_cell);
   }
-  if (prepared.viewpoint_used) {
-    prepared.viewpoint = viewpoint;
-    prepared.range_image = RangeImage(cloud.points, viewpoint.cast<float>(), config.range_cell);
-  }
-  if (endsIn("range image", count(cloud.size()), prepared.range_image.size()))
+  finish("range image", count(cloud.size()), prepared.range_image.size());
+  if (!prepared.unfinished.empty())
     return prepared;
 
-  const Eigen::Vector3d* seen_from = prepared.viewpoint_used ? &viewpoint : nullptr;
+  const Eigen::Vector3d* seen_from = sensor.place ? &*sensor.place : nullptr;
   {
     const std::vector<FineCell> cells = accumulateFineCells(cloud, patches.finest_level);
     prepared.thickness =
         patches.thickness > 0 ? patches.thickness : choosePatchThickness(cloud, cells, lengths, patches);
     prepared.patches = extractPatches(cloud, cells, seen_from, prepared.thickness, patches);
   }
-  if (endsIn("patches", count(cloud.size()), count(prepared.patches.size())))
+  finish("patches", count(cloud.size()), count(prepared.patches.size()));
+  if (!prepared.unfinished.empty())
     return prepared;
 
   prepared.main_normals = findPatchMainNormals(prepared.patches.samples, options);
-  if (endsIn("main normals", count(prepared.patches.size()), prepared.main_normals.size()))
+  finish("main normals", count(prepared.patches.size()), prepared.main_normals.size());
+  if (!prepared.unfinished.empty())
     return prepared;
 
   prepared.votes =

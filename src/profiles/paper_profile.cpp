@@ -19,6 +19,8 @@
 #include <optional>
 #include <sstream>
 #include <string>
+#include <tuple>
+#include <utility>
 
 namespace pcl_ssfr {
 
@@ -46,7 +48,7 @@ deriveLcpLeaf(double normal_radius)
 }
 
 /// A pose between the centred scans with all that stages 9 to 12 found.
-struct ScoredPose {
+struct PaperPose {
   bool judged = false; ///< axes were found, the time sufficed and the score was computed
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity(); ///< target from source, both centred
   TranslationAxes axes;
@@ -94,25 +96,25 @@ private:
   {
     return deadline_.hasPassed();
   }
-  /// Fill the result for scans that give no candidate at all.
-  bool
-  rejectScans();
+  /// Why the scans give no candidate at all, if they do not.
+  std::optional<std::pair<Status, std::string>>
+  findProblem() const;
   std::vector<RotationCandidate>
   findRotations();
   /// METHOD stages 9 to 12 for every rotation; one slot each, so that the threads leave no trace.
-  std::vector<ScoredPose>
+  std::vector<PaperPose>
   judgeRotations(const std::vector<RotationCandidate>& rotations);
   /// METHOD stage 12.
   void
-  score(ScoredPose& candidate, unsigned threads) const;
+  score(PaperPose& candidate, unsigned threads) const;
   /// METHOD stage 13: the translation anew in fine bins.
-  ScoredPose
-  refineTranslation(const ScoredPose& coarse) const;
+  PaperPose
+  refineTranslation(const PaperPose& coarse) const;
   /// METHOD stage 13 for the best candidates; what scores at least as high takes the place of the coarse one.
   void
-  runFinePass(std::vector<ScoredPose>& ranked);
+  runFinePass(std::vector<PaperPose>& ranked);
   void
-  report(const std::vector<ScoredPose>& ranked);
+  report(const std::vector<PaperPose>& ranked);
   void
   addStage(const char* name, double seconds, std::uint64_t in, std::uint64_t out);
 
@@ -132,30 +134,25 @@ PaperRegistration::addStage(const char* name, double seconds, std::uint64_t in, 
   result_.stages.push_back({name, seconds, in, out});
 }
 
-bool
-PaperRegistration::rejectScans()
+std::optional<std::pair<Status, std::string>>
+PaperRegistration::findProblem() const
 {
   for (const PaperScan* scan : {&source_, &target_}) {
     const std::string name = scan == &source_ ? "source" : "target";
-    if (scan->normals.samples.size() >= kMinSamples)
-      continue;
-    result_.status = Status::TooFewPoints;
-    result_.message = "the " + name + " has " + std::to_string(scan->normals.samples.size()) +
-                      " points with a normal (of " + std::to_string(scan->normals.finite_points) +
-                      " finite points); at least " + std::to_string(kMinSamples) + " are needed";
-    return true;
+    if (scan->normals.samples.size() < kMinSamples)
+      return std::pair(Status::TooFewPoints,
+                       "the " + name + " has " + std::to_string(scan->normals.samples.size()) +
+                           " points with a normal (of " + std::to_string(scan->normals.finite_points) +
+                           " finite points); at least " + std::to_string(kMinSamples) + " are needed");
   }
   for (const PaperScan* scan : {&source_, &target_}) {
     const std::string name = scan == &source_ ? "source" : "target";
-    if (hasPair(scan->main_normals, stages_.rotation))
-      continue;
-    result_.status = Status::TooFewDirections;
-    result_.message = "the planes of the " + name +
-                      " face in fewer than two directions that are not parallel: the "
-                      "rotation is unobservable";
-    return true;
+    if (!hasPair(scan->main_normals, stages_.rotation))
+      return std::pair(Status::TooFewDirections,
+                       "the planes of the " + name +
+                           " face in fewer than two directions that are not parallel: the rotation is unobservable");
   }
-  return false;
+  return std::nullopt;
 }
 
 std::vector<RotationCandidate>
@@ -181,14 +178,14 @@ PaperRegistration::findRotations()
 }
 
 void
-PaperRegistration::score(ScoredPose& candidate, unsigned threads) const
+PaperRegistration::score(PaperPose& candidate, unsigned threads) const
 {
   candidate.overlap = overlapAt(source_, target_, stages_, candidate.pose, threads);
   candidate.score = scoreOf(candidate.overlap, stages_);
   candidate.judged = true;
 }
 
-std::vector<ScoredPose>
+std::vector<PaperPose>
 PaperRegistration::judgeRotations(const std::vector<RotationCandidate>& rotations)
 {
   const StageClock clock;
@@ -197,7 +194,7 @@ PaperRegistration::judgeRotations(const std::vector<RotationCandidate>& rotation
                                                           source_.normals.samples,
                                                           target_.normals.samples,
                                                           stages_.translation.histogram.max_bins);
-  std::vector<ScoredPose> poses(rotations.size());
+  std::vector<PaperPose> poses(rotations.size());
   std::vector<char> skipped(rotations.size(), 0);
   forEachInParallel(static_cast<std::int64_t>(rotations.size()), 1, static_cast<int>(threads_), [&](std::int64_t k) {
     const auto i = static_cast<std::size_t>(k);
@@ -205,7 +202,7 @@ PaperRegistration::judgeRotations(const std::vector<RotationCandidate>& rotation
       skipped[i] = 1;
       return;
     }
-    ScoredPose& candidate = poses[i];
+    PaperPose& candidate = poses[i];
     const StageClock translation_clock;
     const std::optional<TranslationAxes> axes =
         chooseAxes(rotations[i], source_.main_normals, target_.main_normals, translation_options);
@@ -226,7 +223,7 @@ PaperRegistration::judgeRotations(const std::vector<RotationCandidate>& rotation
 
   double translation_seconds = 0, score_seconds = 0;
   std::uint64_t judged = 0;
-  for (const ScoredPose& pose : poses) {
+  for (const PaperPose& pose : poses) {
     translation_seconds += pose.translation_seconds;
     score_seconds += pose.score_seconds;
     judged += pose.judged ? 1 : 0;
@@ -241,8 +238,8 @@ PaperRegistration::judgeRotations(const std::vector<RotationCandidate>& rotation
   return poses;
 }
 
-ScoredPose
-PaperRegistration::refineTranslation(const ScoredPose& coarse) const
+PaperPose
+PaperRegistration::refineTranslation(const PaperPose& coarse) const
 {
   const OrientedSamples& source = source_.normals.samples;
   const OrientedSamples& target = target_.normals.samples;
@@ -254,7 +251,7 @@ PaperRegistration::refineTranslation(const ScoredPose& coarse) const
   fine.correlation.envelope_half_window = 0;
   const int half_window = static_cast<int>(std::lround(stages_.lcp.fine_smoothing / fine.histogram.bin_width / 2));
 
-  ScoredPose refined = coarse;
+  PaperPose refined = coarse;
   Eigen::Isometry3d rotation = Eigen::Isometry3d::Identity();
   rotation.linear() = coarse.pose.linear();
   refined.translation = estimateTranslation(transformSamples(source, rotation),
@@ -270,7 +267,7 @@ PaperRegistration::refineTranslation(const ScoredPose& coarse) const
 }
 
 void
-PaperRegistration::runFinePass(std::vector<ScoredPose>& ranked)
+PaperRegistration::runFinePass(std::vector<PaperPose>& ranked)
 {
   if (stages_.lcp.fine_factor <= 0)
     return;
@@ -279,7 +276,7 @@ PaperRegistration::runFinePass(std::vector<ScoredPose>& ranked)
   std::uint64_t tried = 0, taken = 0;
   for (std::size_t i = 0; i < std::min(limit, ranked.size()) && !isOutOfTime(); ++i) {
     ++tried;
-    ScoredPose refined = refineTranslation(ranked[i]);
+    PaperPose refined = refineTranslation(ranked[i]);
     if (refined.score < ranked[i].score)
       continue;
     ranked[i] = refined;
@@ -289,7 +286,7 @@ PaperRegistration::runFinePass(std::vector<ScoredPose>& ranked)
 }
 
 void
-PaperRegistration::report(const std::vector<ScoredPose>& ranked)
+PaperRegistration::report(const std::vector<PaperPose>& ranked)
 {
   const StageClock clock;
   const auto toFullPose = [&](const Eigen::Isometry3d& centred) {
@@ -298,11 +295,11 @@ PaperRegistration::report(const std::vector<ScoredPose>& ranked)
     return T;
   };
   const std::uint64_t in = ranked.size();
-  std::vector<ScoredPose> distinct;
-  for (const ScoredPose& pose : ranked) {
+  std::vector<PaperPose> distinct;
+  for (const PaperPose& pose : ranked) {
     if (static_cast<int>(distinct.size()) >= options_.max_candidates)
       break;
-    const bool known = std::any_of(distinct.begin(), distinct.end(), [&](const ScoredPose& kept) {
+    const bool known = std::any_of(distinct.begin(), distinct.end(), [&](const PaperPose& kept) {
       return angleBetween(kept.pose.linear(), pose.pose.linear()) < kDistinctAngle &&
              (kept.pose.translation() - pose.pose.translation()).norm() < kDistinctShift;
     });
@@ -317,7 +314,7 @@ PaperRegistration::report(const std::vector<ScoredPose>& ranked)
     candidate.from_guess = pose.from_guess;
     result_.candidates.push_back(candidate);
   }
-  const ScoredPose& best = distinct.front();
+  const PaperPose& best = distinct.front();
   result_.status = Status::Converged;
   result_.T_target_source = result_.candidates.front().T_target_source;
   result_.overlap = best.overlap.ratio;
@@ -355,21 +352,23 @@ PaperRegistration::run(const Eigen::Isometry3d* guess)
       result_.stages.push_back(stage);
     }
   }
-  if (rejectScans())
+  if (const auto problem = findProblem()) {
+    std::tie(result_.status, result_.message) = *problem;
     return result_;
+  }
 
   const std::vector<RotationCandidate> rotations = findRotations(); // stages 6 to 8
-  std::vector<ScoredPose> ranked;
-  for (ScoredPose& pose : judgeRotations(rotations)) // stages 9 to 12
+  std::vector<PaperPose> ranked;
+  for (PaperPose& pose : judgeRotations(rotations)) // stages 9 to 12
     if (pose.judged)
       ranked.push_back(pose);
-  const auto byScore = [](const ScoredPose& a, const ScoredPose& b) { return a.score > b.score; };
+  const auto byScore = [](const PaperPose& a, const PaperPose& b) { return a.score > b.score; };
   std::stable_sort(ranked.begin(), ranked.end(), byScore);
   runFinePass(ranked); // stage 13
   const bool judges_guess =
       guess && !(options_.gravity && !keepsVertical(guess->linear(), *options_.gravity, options_.gravity->tolerance));
   if (judges_guess) {
-    ScoredPose candidate;
+    PaperPose candidate;
     candidate.pose = *guess;
     candidate.pose.translation() =
         *guess * source_.normals.origin - target_.normals.origin; // from centred source to centred target
@@ -420,33 +419,37 @@ preparePaperScan(const ScanView& scan, const Options& options, const Deadline& d
   PaperScan result;
   StageClock clock;
   // Whether the time has run out by the end of a stage: then the stage itself may not be complete.
-  const auto endsIn = [&](const char* name, auto in, auto out) {
+  const auto finish = [&](const char* name, auto in, auto out) {
     result.stages.push_back(clock.lap(name, toCount(in), toCount(out)));
     if (deadline.hasPassed())
       result.unfinished = name;
-    return !result.unfinished.empty();
   };
 
   // Stage 1. The paper thins and estimates within fixed scales; r = 0 and leaf = 0 follow from the data.
   result.normals = estimateNormals(scan, stages.normals, oriented, threads, deadline);
   const OrientedSamples& samples = result.normals.samples;
-  if (endsIn(kPaperNormalsStage, scan.count(), samples.size()))
+  finish(kPaperNormalsStage, scan.count(), samples.size());
+  if (!result.unfinished.empty())
     return result;
 
   const DirectionSet image = makeGaussianSphere(samples); // stage 2
-  if (endsIn("gaussian_sphere", samples.size(), image.size()))
+  finish("gaussian_sphere", samples.size(), image.size());
+  if (!result.unfinished.empty())
     return result;
 
   const Eigen::VectorXd density = computeDensity(image, stages.density, threads, deadline); // stage 3
-  if (endsIn("density", image.size(), image.size()))
+  finish("density", image.size(), image.size());
+  if (!result.unfinished.empty())
     return result;
 
   const std::vector<DenseRegion> regions = findDensestRegions(image, density, stages.density); // stage 4
-  if (endsIn("densest_regions", image.size(), regions.size()))
+  finish("densest_regions", image.size(), regions.size());
+  if (!result.unfinished.empty())
     return result;
 
   result.main_normals = findMainNormals(image, regions, stages.mean_shift); // stage 5
-  if (endsIn("mean_shift", regions.size(), result.main_normals.size()))
+  finish("mean_shift", regions.size(), result.main_normals.size());
+  if (!result.unfinished.empty())
     return result;
 
   // The thinning of stage 12.

@@ -19,7 +19,7 @@ configFor(const PatchScan& source, const PatchScan& target, const Options& optio
 {
   const double usual = options.patch_profile.preparation.thickness * scale;
   PatchProfileConfig config =
-      scaledForPair(options.patch_profile, scale, std::max(source.thickness, target.thickness) / usual);
+      scaledForPair(options.patch_profile, scale, std::max({1.0, source.thickness / usual, target.thickness / usual}));
   // Callers of ICP are used to generous radii; beyond the coarse tolerance the evidence would say nothing.
   EvidenceConfig& evidence = config.judgement.evidence;
   if (options.overlap_radius > 0)

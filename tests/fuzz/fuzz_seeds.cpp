@@ -8,7 +8,9 @@
 
 #include <apps/io/e57_writer.h>
 #include <apps/io/file_bytes.h>
+#include <apps/io/loaded_cloud.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <iostream>
 
@@ -24,12 +26,12 @@ public:
   void
   add(const std::string& reader, const std::string& content)
   {
-    std::filesystem::create_directories(folder_ / reader);
     io::writeFile(next(reader), content);
   }
   std::string
   next(const std::string& reader)
   {
+    std::filesystem::create_directories(folder_ / reader);
     return (folder_ / reader / ("seed" + std::to_string(count_++) + '.' + reader)).string();
   }
 
@@ -65,6 +67,32 @@ addE57(Seeds& seeds)
   seeds.add("e57", makeE57({sphere, all}, 128));
 }
 
+/// The first points of a real scan in each format.
+void
+addReal(Seeds& seeds, const std::string& path)
+{
+  constexpr std::size_t kPoints = 50;
+  io::LoadedCloud cloud = io::loadCloud(path);
+  const auto bytes = cloud.table.data;
+  io::resizeTable(cloud.table, std::min(kPoints, io::pointCount(cloud.table)));
+  std::copy_n(bytes.begin(), cloud.table.data.size(), cloud.table.data.begin());
+  for (const char* format : {"pcd", "ply", "e57"})
+    io::saveMovedCloud(seeds.next(format), cloud, Eigen::Isometry3d::Identity());
+  std::string lines, scan, floats;
+  for (std::size_t i = 0; i < kPoints && i < cloud.points->size(); ++i) {
+    const auto& p = (*cloud.points)[i];
+    lines += std::to_string(p.x) + ' ' + std::to_string(p.y) + ' ' + std::to_string(p.z) + '\n';
+    scan += std::to_string(p.x * 100) + ' ' + std::to_string(p.y * 100) + ' ' + std::to_string(p.z * 100) + '\n';
+    floats += bytesOf(p.x) + bytesOf(p.y) + bytesOf(p.z) + bytesOf(0.5F);
+  }
+  seeds.add("csv", "x y z\n" + lines);
+  seeds.add("pts", std::to_string(kPoints) + '\n' + lines);
+  seeds.add("ptx",
+            std::to_string(kPoints) + "\n1\n1 2 3\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n1 2 3 1\n" + lines);
+  seeds.add("3d", scan);
+  seeds.add("bin", floats);
+}
+
 } // namespace
 
 int
@@ -77,6 +105,8 @@ main(int argc, char** argv)
   try {
     Seeds seeds(argv[1]);
     addE57(seeds);
+    for (const char* scan : {"apartment_0.pcd", "street_0.pcd"})
+      addReal(seeds, std::string(PCL_SSFR_DATA_DIR) + '/' + scan);
     for (unsigned format = 0; format < 11; ++format) {
       const std::uint16_t bytes[] = {20, 28, 26, 34, 57, 63, 30, 36, 38, 59, 67};
       seeds.add("las", makeLas(format < 6 ? 2 : 4, format, bytes[format], 3, format % 2 == 0 ? 0 : 5e6));

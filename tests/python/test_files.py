@@ -116,13 +116,14 @@ class TestCommand:
         done = run(self.SOURCE, self.TARGET, "--json", "-", "--transform", tmp_path / "T.txt")
         found = json.loads(done.stdout)
         expected = aligned_by_program(self.SOURCE, self.TARGET)
-        assert set(found) <= set(expected)
-        for key in set(found) - {"time_s", "stages"}:
+        only_there = {"loading_s", "source_path", "target_path", "options", "guess"}
+        assert set(found) == set(expected) - only_there
+        for key in set(found) - {"time_s", "stages", "peak_rss_mib"}:
             assert found[key] == expected[key], key
         assert [(s["name"], s["in"], s["out"]) for s in found["stages"]] == [
             (s["name"], s["in"], s["out"]) for s in expected["stages"]
         ]
-        assert found["time_s"] > 0
+        assert found["time_s"] > 0 and found["peak_rss_mib"] > 1
         assert pcl_ssfr.read_transform(tmp_path / "T.txt").tolist() == found["T_target_source"]
         done = run(self.SOURCE, self.TARGET, "--json", tmp_path / "r.json", "--profile", "paper2017")
         assert done.returncode in (0, 1)
@@ -156,7 +157,10 @@ class TestCommand:
         assert (done.returncode, done.stderr) == (3, "pcl_ssfr: nowhere.pcd: no such file\n")
         empty = write_pcd(tmp_path / "empty.pcd", rows=[["nan"] * 3])
         done = run(empty, self.TARGET)
-        assert done.returncode == 3 and done.stderr.endswith("none of its 1 points is finite\n")
+        assert (done.returncode, done.stderr) == (1, "")
+        assert done.stdout == f"Not aligned, too_few_points: {empty}: none of its 1 points is finite\n"
+        found = json.loads(run(self.SOURCE, empty, "--json", "-").stdout)
+        assert (found["status"], found["converged"]) == ("too_few_points", False)
 
     def test_version(self):
         done = run("--version")

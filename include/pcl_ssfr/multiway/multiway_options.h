@@ -126,8 +126,6 @@ struct AdjustmentConfig {
   /// that keeps it bent and calls it exact.
   double damping_of_large = 1e-7;
   double noise_floor = 0.001; ///< [m] no patch is better known
-  /// Factor on the covariance, for what all patches of a scan have in common and no scatter shows.
-  double covariance_factor = 1;
 };
 
 /// Everything that can be set of a multiway registration. The defaults need no change.
@@ -142,7 +140,7 @@ struct MultiwayOptions {
   ChoiceConfig choice;                    ///< which of them make the map
   AliasConfig alias;                      ///< what looks alike and is not the same: storeys ...
   RivalGroupsConfig rival_groups;         ///< ... and anything else
-  FurnitureConfig furniture;              ///< ... and how it is told apart
+  FurnitureConfig furniture;              ///< ... and what distinguishes it
   AdjustmentConfig adjustment;            ///< of the poses
 };
 
