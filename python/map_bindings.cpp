@@ -116,12 +116,11 @@ addInputs(MultiwayRegistration& registration,
         if (input.array) {
           input.array->prepare();
           input.offset = input.array->offset();
-          return {input.array->view(), nullptr};
+          return {input.array->view(), std::shared_ptr<ScanArray>(&*input.array, std::mem_fn(&ScanArray::letCopiesGo))};
         }
-        const auto cloud = std::make_shared<io::LoadedCloud>(io::loadCloud(input.path));
-        cloud->table = pcl::PCLPointCloud2(); // it is not written again
-        input.offset = cloud->offset;
-        return {apps::viewOf(*cloud), cloud};
+        const auto points = std::make_shared<io::ScanPoints>(io::loadScanPoints(input.path));
+        input.offset = points->offset;
+        return {apps::viewOf(*points), points};
       },
       progress);
 }

@@ -179,6 +179,13 @@ ScanArray::view() const
   return view;
 }
 
+void
+ScanArray::letCopiesGo()
+{
+  copied_points_ = std::vector<float>();
+  copied_normals_ = std::vector<float>();
+}
+
 std::optional<Eigen::Vector3d>
 vectorOrNone(const std::string& name, const py::object& value)
 {

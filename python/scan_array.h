@@ -64,6 +64,9 @@ public:
   /// After prepare(); borrowed from this object. Points are relative to offset().
   ScanView
   view() const;
+  /// What was copied is not needed any more, nor is view().
+  void
+  letCopiesGo();
   /// What prepare() took off the coordinates [m]; zero unless they are large.
   const Eigen::Vector3d&
   offset() const

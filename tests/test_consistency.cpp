@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <string>
+#include <utility>
 #include <vector>
 
 // Whether Result::information says how far a pose is off: the squared errors of simulated scans over what is claimed.
@@ -67,10 +68,15 @@ TEST_P(ConsistencyOf, Sensor)
   const std::string sensor = GetParam();
   const Consistency sum = consistencyOf(sensor, sensor == "velodyne_vlp16" ? 28800 : 60000);
   ASSERT_GE(sum.pairs, 18); // of 21
-  for (const double mean : {sum.all / sum.pairs, sum.rotation / sum.pairs, sum.translation / sum.pairs}) {
-    EXPECT_GT(mean, 0.5);
-    EXPECT_LT(mean, 2);
+  const std::pair<const char*, double> means[] = {{"pose", sum.all / sum.pairs},
+                                                  {"rotation", sum.rotation / sum.pairs},
+                                                  {"translation", sum.translation / sum.pairs}};
+  for (const auto& [name, mean] : means) {
+    EXPECT_GT(mean, 0.5) << name;
+    EXPECT_LT(mean, 2) << name;
+    RecordProperty(name, std::to_string(mean)); // for RESULTS: --gtest_output=xml
   }
+  RecordProperty("pairs", sum.pairs);
 }
 
 INSTANTIATE_TEST_SUITE_P(Sensors,

@@ -439,7 +439,7 @@ TEST_F(Job, whatIsWrongIsSaidOnce)
   EXPECT_EQ(usage.code, 2);
   EXPECT_EQ(times(usage.err, "--magic"), 1) << usage.err;
   const std::string good = program() + arguments("out");
-  const Outcome odd = shell(mpirun(1) + good + " : -n 1 " + program() + "--magic"); // one rank only was told so
+  const Outcome odd = shell(mpirun(1) + good + " : -n 1 " + program() + "--magic"); // one rank only has it
   EXPECT_EQ(odd.code, 3);
   EXPECT_EQ(times(odd.err, "--magic"), 1) << odd.err;
   EXPECT_THAT(odd.err, HasSubstr("ssfr_map: rank 1 on "));

@@ -372,7 +372,7 @@ TEST(KnownVertical, TellsTheTiltThatTheMatchesLeaveOpen)
     // What is said of the matches does not come from the vertical.
     EXPECT_LT(refined.hessian(0, 0), 1e-3 * refined.hessian(1, 1)) << deviation;
   }
-  // Told upside down, it does not know where to turn to.
+  // With an upside-down vertical it does not know where to turn to.
   given.vertical->up_target = -Eigen::Vector3d::UnitZ();
   const Refinement upside_down = refinePatches(wallPatches(), index, Eigen::Isometry3d::Identity(), given);
   EXPECT_TRUE(upside_down.T_target_source.matrix().allFinite());

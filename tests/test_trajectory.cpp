@@ -375,7 +375,7 @@ TEST(VisibleOverlap, KnowsWhereATurningLineLooks)
     sensor.range.min_range = 0.01;
     // At its own place it sees what it sees.
     EXPECT_GT(visibleOverlap(caster, sensor, at({5, 3, 1.5}), at({5, 3, 1.5})), 0.995);
-    // Turned on its head: the oracle asks whether some beam points within 2 degrees.
+    // Upside down: the oracle asks whether some beam points within 2 degrees.
     const Eigen::Isometry3d source = at({5, 3, 1.5});
     Eigen::Isometry3d target = at({5, 3, 1.5});
     target.linear() = Eigen::AngleAxisd(2.2, Eigen::Vector3d(1, 0.4, 0.2).normalized()).toRotationMatrix();

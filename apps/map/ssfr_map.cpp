@@ -30,7 +30,7 @@ run(const std::vector<std::string>& tokens)
   catch (const apps::UsageError&) {
     if (is_first)
       throw;
-    // A rank that fails ends the job, even while rank 0 says what is wrong: rank 0 is told, and fails for all.
+    // A rank that fails ends the job, even while rank 0 says what is wrong: rank 0 learns of it, and fails for all.
     apps::MpiRanks().work([](const std::string&, const apps::MpiRanks::Send&) { throw; });
     return kOneComponent;
   }

@@ -10,7 +10,7 @@
 
 namespace pcl_ssfr::simulation {
 
-/// Tells people how far the work is: a bar on a terminal, else a line every few seconds.
+/// Shows how far the work is: a bar on a terminal, else a line every few seconds.
 class Progress {
 public:
   enum class Style { Silent, Lines, Bar };

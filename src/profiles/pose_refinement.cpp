@@ -204,7 +204,7 @@ polishLeaders(const PatchPair& pair, std::vector<ScoredPose> poses, StageLog& st
       (is_rival ? polished : others).push_back(std::move(pose));
     }
   sortByWeight(polished, config);
-  // Polished, rivals may have changed their order, or turned out to be the same pose.
+  // Polished, rivals may have changed their order, or be the same pose.
   const ScoredPose best = polished.front();
   others.insert(others.end(), polished.begin() + 1, polished.end());
   sortByWeight(others, config);
