@@ -107,7 +107,7 @@ chooseMethods(const BenchmarkArguments& arguments)
     if (other != external.end())
       names_external = true;
     else if (!findMethod(name))
-      throw UsageError("--methods: " + io::inQuotes(name) + " " + describeUnknown(name) +
+      throw UsageError("--methods: " + io::inQuotes(name) + " " + describeUnknown() +
                        (arguments.external.empty() ? "" : ", nor is it in " + arguments.external));
     add(other != external.end() ? *other : ours(name));
   }

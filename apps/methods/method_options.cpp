@@ -242,7 +242,7 @@ readMethodOptions(const po::variables_map& values)
   result.method = values["method"].as<std::string>();
   result.guess_file = textOf(values, "guess");
   if (!findMethod(result.method))
-    throw UsageError("--method: " + io::inQuotes(result.method) + " " + describeUnknown(result.method));
+    throw UsageError("--method: " + io::inQuotes(result.method) + " " + describeUnknown());
   const Profile profile = chooseProfile(values, result.method);
   const Method& method = *findMethod(result.method); // the profile may have chosen another
   if (values.count("guess-tolerance")) {

@@ -26,11 +26,9 @@ constexpr Maker kMakers[] = {{"icp_point_to_point", false, false, makeIcpPointTo
                              {"fpfh_ransac", true, false, makeFpfhRansac},
                              {"fpfh_sac_ia", true, false, makeFpfhSacIa},
                              {"fpcs", false, true, makeFpcs},
-#ifdef PCL_SSFR_HAS_BASELINES
                              {"fgr", false, false, makeFgr},
                              {"super4pcs", false, true, makeSuper4pcs},
                              {"go_icp", false, true, makeGoIcp},
-#endif
                              {"kfpcs", false, true, makeKfpcs}};
 
 const Maker&
@@ -63,11 +61,9 @@ methods()
       {"fpfh_sac_ia", "FPFH features, PCL's SampleConsensusInitialAlignment", K::Global, ""},
       {"fpcs", "four congruent points, PCL's FPCSInitialAlignment", K::Global, ""},
       {"kfpcs", "the same on sparse points, PCL's KFPCSInitialAlignment", K::Global, ""},
-#ifdef PCL_SSFR_HAS_BASELINES
       {"fgr", "Fast Global Registration (ECCV 2016)", K::Global, ""},
       {"super4pcs", "Super4PCS (SGP 2014)", K::Global, ""},
       {"go_icp", "Go-ICP (PAMI 2016): branch and bound", K::Global, ""},
-#endif
   };
   return kMethods;
 }
@@ -91,11 +87,8 @@ methodNames()
 }
 
 std::string
-describeUnknown(const std::string& name)
+describeUnknown()
 {
-  for (const char* baseline : {"fgr", "super4pcs", "go_icp"})
-    if (name == baseline)
-      return "is a comparison method, and this build has no baselines (PCL_SSFR_BUILD_BASELINES is off)";
   return "is not one of " + methodNames();
 }
 
@@ -116,14 +109,6 @@ makeRegistration(const std::string& name, const MethodInput& input)
 {
   return makerOf(name).make(input);
 }
-
-#ifndef PCL_SSFR_HAS_BASELINES
-std::optional<OwnVerdict>
-verdictOf(const MethodRegistration&)
-{
-  return std::nullopt;
-}
-#endif
 
 } // namespace apps
 } // namespace pcl_ssfr

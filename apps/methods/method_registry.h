@@ -55,7 +55,7 @@ methodNames();
 
 /// Why findMethod() knows no method of this name, as the end of a sentence that begins with the name.
 std::string
-describeUnknown(const std::string& name);
+describeUnknown();
 
 using MethodPoint = pcl::PointXYZINormal;
 using MethodCloud = pcl::PointCloud<MethodPoint>;

@@ -337,7 +337,7 @@ runMethod(const std::string& name,
 {
   const Method* method = findMethod(name);
   if (!method)
-    throw std::invalid_argument("method '" + name + "' " + describeUnknown(name));
+    throw std::invalid_argument("method '" + name + "' " + describeUnknown());
   MethodRun run;
   if (method->kind == MethodKind::Ssfr) {
     const auto start = std::chrono::steady_clock::now();
