@@ -263,7 +263,8 @@ TEST(TextFormats, columnsAreBounded)
   EXPECT_THAT(errorOf("a.xyz", row + "\n"), HasSubstr("1001 columns, at most 1000"));
 }
 
-// What libFuzzer found once (scripts/fuzz begins with these as well): each loads or is refused in one line.
+// What libFuzzer found once: each loads or is refused in one line. Time and memory are looked at by scripts/fuzz, which
+// begins with these as well.
 TEST(Files, findingsStayMended)
 {
   int files = 0;

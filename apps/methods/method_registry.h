@@ -53,7 +53,7 @@ findMethod(const std::string& name);
 std::string
 methodNames();
 
-/// Why findMethod() knows no method of this name, as the end of a sentence that begins with the name.
+/// Why findMethod() knows no method of a name, as the end of a sentence that begins with the name.
 std::string
 describeUnknown();
 

@@ -98,7 +98,7 @@ ViewModel::ViewModel(ViewRun run, std::size_t candidate) : run_(std::move(run))
 void
 ViewModel::traceSearch()
 {
-  // The search of the answer that is shown, from the same guess.
+  // The search of the default profile, from the guess of the run and without its time limit.
   std::optional<Eigen::Isometry3d> guess;
   if (run_.report.options.profile == Profile::Default && run_.report.guess)
     guess = toClouds(*run_.report.guess);

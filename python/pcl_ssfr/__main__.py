@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import resource
 import sys
 import time
@@ -210,12 +211,15 @@ def run(words: Optional[list[str]] = None) -> int:
 
 def main() -> int:
     try:
-        return run()
+        code = run()
+        sys.stdout.flush()
+        return code
     except ValueError as error:
         print(f"pcl_ssfr: {error}", file=sys.stderr)
         return FILES if isinstance(error, pcl_ssfr.FileError) else USAGE
     except (MemoryError, OSError) as error:  # a scan too large, a pipe that is closed
-        print(f"pcl_ssfr: {error or 'out of memory'}", file=sys.stderr)
+        print(f"pcl_ssfr: {str(error) or 'out of memory'}", file=sys.stderr)
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # what is left for standard output goes nowhere
         return FILES
 
 

@@ -418,7 +418,7 @@ preparePaperScan(const ScanView& scan, const Options& options, const Deadline& d
   const unsigned threads = threadCount(options);
   PaperScan result;
   StageClock clock;
-  // Whether the time has run out by the end of a stage: then the stage itself may not be complete.
+  // A stage in which the time ran out may not be complete.
   const auto finish = [&](const char* name, auto in, auto out) {
     result.stages.push_back(clock.lap(name, toCount(in), toCount(out)));
     if (deadline.hasPassed())
