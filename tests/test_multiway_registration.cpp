@@ -125,6 +125,33 @@ TEST_F(Room, allScansAreWhereTheyBelong)
   EXPECT_FALSE(map.loops.empty());
 }
 
+TEST_F(Room, scansAtOnePlaceAreNamedAndKept)
+{
+  const auto stationNotes = [](const MultiwayMap& map) {
+    return std::count_if(map.notes.begin(), map.notes.end(), [](const std::string& note) {
+      return note.find("stand where others do and see the same") != std::string::npos;
+    });
+  };
+  EXPECT_EQ(stationNotes(mapOf(1)), 0);
+  // A sensor that turned on the spot twice.
+  const testing::Scene scene = testing::makeFurnishedRoom(3);
+  testing::Random random(5);
+  std::vector<Eigen::Matrix3Xf> again;
+  for (const std::uint64_t seed : {31, 32}) {
+    Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+    T.translation() = scene.stations[0];
+    const Eigen::Matrix3d R = testing::randomRotation(random);
+    again.push_back(R.cast<float>().transpose() * testing::castScan(scene, T, testing::roomScanner(0.02), seed));
+  }
+  MultiwayRegistration registration;
+  addAll(registration);
+  registration.addScan("again1", testing::viewOfPoints(again[0]));
+  registration.addScan("again2", testing::viewOfPoints(again[1]));
+  const MultiwayMap map = registration.run();
+  EXPECT_EQ(map.placed, 7U);
+  EXPECT_EQ(stationNotes(map), 1);
+}
+
 TEST_F(Room, sameBitsForAnyNumberOfThreads)
 {
   expectSameBits(mapOf(1), mapOf(3));

@@ -301,6 +301,24 @@ TEST_F(PatchPairOfARoom, WhatIsKnownBeforehandBelongsToTheScore)
   EXPECT_LT(other.log_prior, truth.log_prior - 1);
 }
 
+TEST_F(PatchPairOfARoom, NoisyScansMatchFartherThinPatchesNoNearer)
+{
+  const auto matchOf = [&](double thickness) {
+    PatchScan source = *source_;
+    source.thickness = thickness;
+    const PatchPair scans(source, *target_, options_, nullptr, Deadline());
+    return scans.config().judgement.evidence.match;
+  };
+  ASSERT_EQ(source_->scale, 1);
+  const double usual = PreparationConfig().thickness;
+  EXPECT_DOUBLE_EQ(matchOf(usual), EvidenceConfig().match);
+  EXPECT_DOUBLE_EQ(matchOf(3 * usual), 3 * EvidenceConfig().match);
+  PatchScan thin = *source_;
+  thin.thickness = usual / 2; // PatchOptions::thickness
+  const PatchPair scans(thin, thin, options_, nullptr, Deadline());
+  EXPECT_DOUBLE_EQ(scans.config().judgement.evidence.match, EvidenceConfig().match);
+}
+
 TEST_F(PatchPairOfARoom, NothingOnNothing)
 {
   const PatchScan empty = preparePatchScan(ScanView(), options_);

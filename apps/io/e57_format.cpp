@@ -118,8 +118,6 @@ constexpr std::array<const char*, 3> kCartesian{{"cartesianX", "cartesianY", "ca
 constexpr std::array<const char*, 3> kSpherical{{"sphericalRange", "sphericalAzimuth", "sphericalElevation"}};
 constexpr std::array<const char*, 3> kColors{{"colorRed", "colorGreen", "colorBlue"}};
 
-constexpr double kMostColor = 4294967295; ///< of a colour that is bounded
-
 /// Fields of one number that become one field of ours.
 struct Scalar {
   const char* name;
@@ -230,7 +228,7 @@ TableBuilder::TableBuilder(const std::string& path, const E57Structure& scan, Fi
     for (std::size_t k = 0; k < colors->size(); ++k) {
       want((*colors)[k]);
       color_ranges_[k] = scan.color_limits.value_or(scan.fields[(*colors)[k]].range());
-      if (!scan.color_limits && color_ranges_[k].second > kMostColor) // no bound at all: as nearly all files have them
+      if (!scan.color_limits && color_ranges_[k].second > UINT32_MAX) // no bound at all: as nearly all files have them
         color_ranges_[k] = {0, 255};
     }
     invalid_color_ = want(findField(scan, "isColorInvalid"));

@@ -20,6 +20,9 @@ namespace io {
 /// Coordinates beyond this lose millimetres as 32-bit floats: they are kept as doubles, and offset before the cast [m].
 constexpr double kLargeCoordinate = 1e4;
 
+/// Fields of a point that text, PCD and PLY files may have.
+constexpr std::size_t kMaxFields = 1000;
+
 /// Data types of 64-bit integers as PCL numbers them (its names for them are newer than PCL 1.12).
 constexpr std::uint8_t kInt64 = 9;
 constexpr std::uint8_t kUint64 = 10;

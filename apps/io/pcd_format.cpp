@@ -25,7 +25,6 @@ using Field = pcl::PCLPointField;
 constexpr std::size_t kMaxPointStep = 1U << 20; ///< longest point that we believe in [bytes]
 constexpr std::size_t kHeaderWindow = 1U << 14; ///< nearly every header is shorter ... [bytes]
 constexpr std::uint64_t kNextWindow = 16;
-constexpr std::size_t kMaxFields = 1000;
 constexpr std::size_t kLongestHeader = 1U << 22; ///< ... and every one than this, comments included [bytes]
 
 struct PcdField {

@@ -17,8 +17,6 @@ namespace {
 
 using Field = pcl::PCLPointField;
 
-constexpr std::size_t kMaxProperties = 1000; ///< of an element
-
 enum class Encoding { Ascii, LittleEndian, BigEndian };
 
 struct Property {
@@ -144,9 +142,9 @@ readHeader(TextScanner& scanner)
       header.elements.push_back({std::string(tokens[1]), static_cast<std::size_t>(*count), {}});
     }
     else if (key == "property" && !header.elements.empty()) {
-      if (header.elements.back().properties.size() == kMaxProperties)
+      if (header.elements.back().properties.size() == kMaxFields)
         throw scanner.error("element " + inQuotes(header.elements.back().name) + " has more than " +
-                            std::to_string(kMaxProperties) + " properties");
+                            std::to_string(kMaxFields) + " properties");
       header.elements.back().properties.push_back(readProperty(scanner, tokens));
     }
     else {

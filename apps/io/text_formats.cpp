@@ -14,7 +14,6 @@ namespace io {
 
 namespace {
 
-constexpr std::size_t kMaxColumns = 1000;
 constexpr double kUnitTolerance = 0.02; ///< of the length of a normal written with few digits
 
 bool
@@ -44,12 +43,12 @@ headerNames(std::string_view line)
     names.push_back(distinct);
   };
   if (separator == ' ') {
-    for (auto token = nextToken(line); !token.empty() && names.size() <= kMaxColumns; token = nextToken(line))
+    for (auto token = nextToken(line); !token.empty() && names.size() <= kMaxFields; token = nextToken(line))
       if (token != "//" && token != "#" && token != "%")
         add(token);
     return names;
   }
-  while (!line.empty() && names.size() <= kMaxColumns) {
+  while (!line.empty() && names.size() <= kMaxFields) {
     const std::size_t end = std::min(line.find(separator), line.size());
     add(line.substr(0, end));
     line.remove_prefix(std::min(end + 1, line.size()));
@@ -150,8 +149,8 @@ readTextTable(const std::string& path, std::string_view bytes)
     else if (!startsWithNumber(line) && (names.empty() || names_in_comment)) {
       names = headerNames(line);
       names_in_comment = false;
-      if (names.size() > kMaxColumns)
-        throw scanner.error("more than " + std::to_string(kMaxColumns) + " names of columns");
+      if (names.size() > kMaxFields)
+        throw scanner.error("more than " + std::to_string(kMaxFields) + " names of columns");
       for (const char* needed : {"x", "y", "z"})
         if (!contains(names, needed))
           throw scanner.error("neither numbers nor a line of column names with '" + std::string(needed) +
@@ -184,9 +183,8 @@ readTextTable(const std::string& path, std::string_view bytes)
         throw scanner.error(std::to_string(got) + " columns, but there are " + std::to_string(names.size()) + " names");
       if (got < 3)
         throw scanner.error(std::to_string(got) + " columns, at least x, y and z are needed");
-      if (got > kMaxColumns)
-        throw scanner.error(std::to_string(got) + " columns, at most " + std::to_string(kMaxColumns) +
-                            " are supported");
+      if (got > kMaxFields)
+        throw scanner.error(std::to_string(got) + " columns, at most " + std::to_string(kMaxFields) + " are supported");
       columns = got;
       values.reserve(columns + mostNumbers(scanner.rest(), columns));
     }

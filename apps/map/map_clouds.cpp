@@ -42,16 +42,22 @@ requireWritable(const std::string& path)
     throw io::IoError(path + ": cannot be written");
 }
 
-} // namespace
-
 std::vector<std::size_t>
 scansToWrite(const MultiwayMap& map)
 {
   std::vector<std::size_t> scans;
   for (std::size_t i = 0; i < map.scans.size(); ++i)
-    if (map.scans[i].component == 0 && map.scans[i].usable)
+    if (isWritten(map.scans[i]))
       scans.push_back(i);
   return scans;
+}
+
+} // namespace
+
+bool
+isWritten(const MapScan& scan)
+{
+  return scan.component == 0 && scan.usable;
 }
 
 std::vector<std::string>

@@ -36,9 +36,9 @@ struct CloudOutputs {
 void
 checkOutputs(const CloudOutputs& outputs, const std::vector<MapInputFile>& files);
 
-/// The scans that are written, by their numbers: those of the largest component.
-std::vector<std::size_t>
-scansToWrite(const MultiwayMap& map);
+/// Whether a scan is written: those of the largest component are.
+bool
+isWritten(const MapScan& scan);
 
 /** \brief Write them. Each scan is read once more, one at a time: memory does not grow with their number.
  * \param[in] map with poses in the coordinates of the files \param[in] places of the sensors in these [m]

@@ -365,14 +365,11 @@ private:
   std::string
   leftOutText(const MultiwayMap& map) const
   {
-    const std::vector<std::size_t> written = scansToWrite(map);
-    if (!arguments_.clouds.any() || written.size() == map.scans.size())
-      return "";
-    std::string text;
-    for (std::size_t i = 0; i < map.scans.size(); ++i)
-      if (!std::binary_search(written.begin(), written.end(), i))
-        text += (text.empty() ? "" : ", ") + map.scans[i].name;
-    return "not in the clouds, as they have no place in the largest component: " + text + "\n";
+    std::string names;
+    for (const MapScan& scan : map.scans)
+      if (arguments_.clouds.any() && !isWritten(scan))
+        names += (names.empty() ? "" : ", ") + scan.name;
+    return names.empty() ? "" : "not in the clouds, as they have no place in the largest component: " + names + "\n";
   }
 
   void

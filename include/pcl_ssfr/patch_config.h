@@ -28,10 +28,9 @@ struct ViewpointSearchConfig {
   /// One level of the search. Points are drawn evenly; directions are as wide as gives four for each point. In wider
   /// ones ground seen at a grazing angle, on an open road all that is seen, has two depths from the sensor too.
   struct Level {
-    int places = 1; ///< rated, the best of the level before; of the first level: on the grid
-    int points = 1; ///< that rate a place
-    double step =
-        1; ///< of the grid [m], wider where it would have more places; below it: places move until none is better
+    int places{};  ///< rated, the best of the level before; of the first level: on the grid
+    int points{};  ///< that rate a place
+    double step{}; ///< of the grid [m], wider where it would have more places; below: places move until none is better
   };
   /// With the points, the width of the directions halves from level to level, and the score of a place settles.
   std::array<Level, 4> levels{{{1500, 1500, 1.0}, {300, 6000, 1.0}, {3, 12000, 0.25}, {1, 40000, 0.0625}}};
@@ -90,12 +89,12 @@ struct PreparationConfig {
 
 /// One pass of the search for poses: how many of them it looks at.
 struct SearchPass {
-  int peaks_first = 1;         ///< correlation peaks tried along the best observed axis, >= 1
-  int peaks_second = 1;        ///< and along the second, >= 1
-  int refined = 1;             ///< hypotheses refined, at most, >= 1
-  double promising = 0;        ///< share of the best vote count that the first batch of them has, [0, 1]; 0: one batch
-  int distinct = 1;            ///< distinct poses that go on to the fine refinement, >= 1
-  bool little_overlap = false; ///< by votes against poses instead of votes for them: scans that share little
+  int peaks_first{};     ///< correlation peaks tried along the best observed axis, >= 1
+  int peaks_second{};    ///< and along the second, >= 1
+  int refined{};         ///< hypotheses refined, at most, >= 1
+  double promising{};    ///< share of the best vote count that the first batch of them has, [0, 1]; 0: one batch
+  int distinct{};        ///< distinct poses that go on to the fine refinement, >= 1
+  bool little_overlap{}; ///< by votes against poses instead of votes for them: scans that share little
 };
 
 /// The search for poses of scans that have one direction only in common: seen along it (METHOD, "Search"). Twice and
@@ -168,12 +167,12 @@ struct EvidenceConfig {
  * the log weight significance S_k sqrt(N) + lead log(S_k), S_k its score and N the weighted number of patches.
  */
 struct PosteriorConfig {
-  double known = 0;        ///< constant; fitted, then set by the log loss of unlisted pairs as well
-  double clear = 0;        ///< fitted; 0 where nothing can contradict
-  double third = 0;        ///< fitted
-  double matches = 0;      ///< fitted
-  double significance = 0; ///< fitted, then set as known
-  double lead = 0;         ///< fitted, then set as known
+  double known{};        ///< constant; fitted, then set by the log loss of unlisted pairs as well
+  double clear{};        ///< fitted; 0 where nothing can contradict
+  double third{};        ///< fitted
+  double matches{};      ///< fitted
+  double significance{}; ///< fitted, then set as known
+  double lead{};         ///< fitted, then set as known
 };
 
 /// How well a polished pose is known (METHOD, "Uncertainty").

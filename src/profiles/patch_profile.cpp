@@ -42,7 +42,7 @@ describeScans(const PatchScan& source, const PatchScan& target)
 }
 
 Result
-concluded(Result result, Status status, const std::string& message)
+withStatus(Result result, Status status, const std::string& message)
 {
   result.status = status;
   result.message = message;
@@ -133,7 +133,7 @@ conclude(Result result, const PatchPair& pair, const HypothesisSource& source, c
                                pair.config().judgement.uncertainty);
   result.confidence = decision.confidence;
   result.unobservable = std::move(decision.unobservable);
-  return concluded(std::move(result), decision.status, decision.message);
+  return withStatus(std::move(result), decision.status, decision.message);
 }
 
 } // namespace
@@ -171,7 +171,7 @@ registerPatchScans(const PatchScan& source,
   HypothesisSource hypotheses(
       pair, guess ? std::optional<Eigen::Isometry3d>(pair.toInner(*guess)) : std::nullopt, stages, trace);
   if (const auto problem = findProblem(pair, hypotheses))
-    return concluded(std::move(result), problem->first, problem->second);
+    return withStatus(std::move(result), problem->first, problem->second);
 
   std::vector<ScoredPose> poses; // distinct, most probable first
   while (const std::optional<HypothesisBatch> batch = hypotheses.next()) {
@@ -185,9 +185,10 @@ registerPatchScans(const PatchScan& source,
       break;
   }
   if (poses.empty())
-    return pair.outOfTime()
-               ? concluded(std::move(result), Status::TimeLimit, "the time limit ran out before a pose could be judged")
-               : concluded(std::move(result), Status::NoCandidate, nothingFound(pair, hypotheses));
+    return pair.outOfTime() ? withStatus(std::move(result),
+                                         Status::TimeLimit,
+                                         "the time limit ran out before a pose could be judged")
+                            : withStatus(std::move(result), Status::NoCandidate, nothingFound(pair, hypotheses));
   if (!poses.front().polish)
     poses = polishLeaders(pair, std::move(poses), stages);
   return conclude(std::move(result), pair, hypotheses, poses);
