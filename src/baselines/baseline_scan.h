@@ -16,6 +16,9 @@
 // What every comparison method starts from: two scans thinned alike, each about its own origin.
 namespace pcl_ssfr::baselines {
 
+/// Fewer points do not determine a pose.
+constexpr Eigen::Index kPosePoints = 3;
+
 /// A thinned scan, centred for the sake of float arithmetic.
 struct BaselineScan {
   Points3 points;                                      ///< relative to \ref origin, 3 x N [m]

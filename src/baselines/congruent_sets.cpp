@@ -25,7 +25,6 @@ constexpr std::size_t kPointsPerLeaf = 8;      ///< of the octree
 constexpr int kMaxCellsPerAxis = 128;          ///< of the grid of crossings
 constexpr int kBinsPerEdge = 4;                ///< direction bins along an edge of the cube around the unit sphere
 constexpr int kBins = 6 * kBinsPerEdge * kBinsPerEdge;
-constexpr Eigen::Index kMinPoints = 4;
 
 Eigen::Index
 randomColumn(const Points3& points, std::mt19937_64& engine)
@@ -209,7 +208,7 @@ makeBase(const Points3& points, const Quad& quad, double gap)
 std::optional<CoplanarBase>
 selectBase(const Points3& points, double max_diameter, double thickness, std::mt19937_64& engine)
 {
-  if (points.cols() < kMinPoints)
+  if (points.cols() < kBasePoints)
     return std::nullopt;
   const double squared_max = max_diameter * max_diameter;
   const double squared_min = kMinSidePerDiameter * kMinSidePerDiameter * squared_max;

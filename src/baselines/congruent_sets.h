@@ -18,8 +18,11 @@
 // SIGGRAPH 2008; Mellado, Aiger, Mitra, "Super 4PCS", SGP 2014).
 namespace pcl_ssfr::baselines {
 
+/// Points of a base, of which a point set has as many at least.
+constexpr Eigen::Index kBasePoints = 4;
+
 /// Four columns of a point set: the ends of a first and of a second segment.
-using Quad = std::array<Eigen::Index, 4>;
+using Quad = std::array<Eigen::Index, kBasePoints>;
 
 /// Two columns of a point set, in order.
 struct PointPair {

@@ -22,7 +22,6 @@ namespace {
 constexpr double kNormalRadiusPerLeaf = 2;
 constexpr double kFeatureRadiusPerLeaf = 5;
 constexpr double kThresholdPerLeaf = 1.5;
-constexpr Eigen::Index kMinPoints = 3;
 
 void
 validate(const FastGlobalOptions& options)
@@ -71,7 +70,7 @@ registerFastGlobal(const ScanView& source,
   validate(options);
   FastGlobalOptions used = options;
   BaselineResult result;
-  const std::optional<BaselinePair> scans = thinPair(source, target, used.leaf, used.threads, kMinPoints, result);
+  const std::optional<BaselinePair> scans = thinPair(source, target, used.leaf, used.threads, kPosePoints, result);
   if (!scans)
     return result;
   const BaselineScan& source_scan = scans->source;

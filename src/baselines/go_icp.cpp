@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
+#include "baseline_scan.h"
 #include "common/types.h"
 #include "go_icp_branch_and_bound.h"
 #include "go_icp_problem.h"
@@ -28,7 +29,6 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr int kMinPoints = 3;          ///< fewer do not determine a pose
 constexpr double kOnALine = 1e-6;      ///< width against length below which points lie on a line
 constexpr double kSmallestLeaf = 1e-3; ///< of the radius of a scan
 constexpr int kLeafSteps = 10;         ///< halvings of the range that the voxel edge is looked for in
@@ -120,7 +120,7 @@ void
 checkOptions(const GoIcpOptions& options)
 {
   const auto is_positive = [](double value) { return value > 0 && std::isfinite(value); };
-  checkOption(options.source_points >= kMinPoints, "source_points", options.source_points, "be 3 or more");
+  checkOption(options.source_points >= kPosePoints, "source_points", options.source_points, "be 3 or more");
   checkOption(options.trim_fraction >= 0 && options.trim_fraction < 1,
               "trim_fraction",
               options.trim_fraction,
@@ -173,7 +173,7 @@ registerGoIcp(const ScanView& source,
   for (const bool is_source : {true, false}) {
     const Points3& points = is_source ? sample.points : target_points;
     const std::string name = is_source ? "source" : "target";
-    if (points.cols() < kMinPoints) {
+    if (points.cols() < kPosePoints) {
       result.message = "the " + name + " has fewer than 3 finite points";
       return result;
     }

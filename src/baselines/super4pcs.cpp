@@ -32,7 +32,6 @@ constexpr double kBaseHasQuad = 0.25;        ///< a base in the overlap has its 
 constexpr int kMaxBases = 1000;              ///< however small the overlap is
 constexpr double kMaxAngleTolerance = 0.2;   ///< between the segments of a quad [rad]
 constexpr std::size_t kVerifiedAtOnce = 512; ///< quads that compete with the same best pose
-constexpr Eigen::Index kMinPoints = 4;
 
 void
 validate(const Super4PcsOptions& options)
@@ -49,7 +48,7 @@ validate(const Super4PcsOptions& options)
               "normal_tolerance",
               options.normal_tolerance,
               "be in (0, pi/2] [rad]");
-  checkOption(options.sample_size >= kMinPoints, "sample_size", static_cast<double>(options.sample_size), "be >= 4");
+  checkOption(options.sample_size >= kBasePoints, "sample_size", static_cast<double>(options.sample_size), "be >= 4");
   checkOption(options.max_quads > 0, "max_quads", static_cast<double>(options.max_quads), "be > 0");
   checkOption(options.max_bases >= 0, "max_bases", options.max_bases, "be >= 0");
   checkOption(options.time_limit >= 0, "time_limit", options.time_limit, "be >= 0 [s]");
@@ -165,7 +164,7 @@ registerSuper4Pcs(const ScanView& source,
   validate(options);
   Super4PcsOptions used = options;
   BaselineResult result;
-  const std::optional<BaselinePair> scans = thinPair(source, target, used.leaf, used.threads, kMinPoints, result);
+  const std::optional<BaselinePair> scans = thinPair(source, target, used.leaf, used.threads, kBasePoints, result);
   if (!scans)
     return result;
   const BaselineScan& source_scan = scans->source;
