@@ -215,13 +215,27 @@ TEST(ScanPoints, takeTwelveBytesAPoint)
   for (std::uint32_t i = 0; i < kPoints; ++i)
     pcd += bytesOf(static_cast<float>(i)) + bytesOf(2.5F) + bytesOf(3.5F) + std::string(30, 'c') +
            bytesOf(std::uint16_t{7});
+  // Lists of many lengths before the vertices, so that blocks begin anywhere.
+  std::string ply = "ply\nformat binary_little_endian 1.0\nelement face 3000\nproperty list uchar int corners\n"
+                    "element vertex " +
+                    std::to_string(kPoints) +
+                    "\nproperty uchar red\nproperty float z\nproperty float x\nproperty double time\n"
+                    "property float y\nend_header\n";
+  for (int i = 0; i < 3000; ++i)
+    ply += static_cast<char>(i % 50) + std::string(static_cast<std::size_t>(4 * (i % 50)), 'l');
+  for (std::uint32_t i = 0; i < kPoints; ++i)
+    ply += 'r' + bytesOf(3.5F) + bytesOf(static_cast<float>(i)) + bytesOf(1e9 + i) + bytesOf(2.5F);
   for (const auto& [name, bytes] : {std::pair<std::string, std::string>("a.pcd", pcd),
+                                    std::pair<std::string, std::string>("a.ply", ply),
                                     std::pair<std::string, std::string>("a.las", makeLas(4, 10, 67, kPoints))}) {
     const io::ScanPoints points = io::parseScanPoints(name, bytes);
     ASSERT_EQ(points.size, kPoints) << name;
     EXPECT_EQ(points.bytes.capacity(), 12 * kPoints) << name;
     testing::requireSamePoints(name, io::parseCloud(name, bytes), points);
   }
+  const auto cloud = io::parseCloud("a.ply", ply);
+  EXPECT_EQ((*cloud.points)[kPoints - 1].x, kPoints - 1);
+  EXPECT_EQ((*cloud.points)[kPoints - 1].y, 2.5F);
   // Map coordinates are relative to their offset here, too.
   const std::string far = makeLas(2, 3, 34, 100, 5e6);
   const io::ScanPoints points = io::parseScanPoints("a.las", far);

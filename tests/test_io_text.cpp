@@ -16,6 +16,7 @@
 #include <cstring>
 #include <ctime>
 #include <fstream>
+#include <random>
 
 namespace pcl_ssfr {
 namespace {
@@ -264,6 +265,81 @@ TEST(TextFormats, columnsAreBounded)
   for (int i = 0; i < 1000; ++i)
     row += " 1";
   EXPECT_THAT(errorOf("a.xyz", row + "\n"), HasSubstr("1001 columns, at most 1000"));
+}
+
+TEST(TextScanner, readsBlockByBlockWhatItReadsAtOnce)
+{
+  std::mt19937 random(11);
+  const std::string path = "a.xyz";
+  for (int trial = 0; trial < 300; ++trial) {
+    std::string text;
+    const std::size_t length = random() % 40;
+    while (text.size() < length)
+      text += "ab1 \n\n\r\r#"[random() % 9];
+    io::TextScanner whole(text, path);
+    std::vector<std::string> lines;
+    std::vector<std::uint64_t> left;
+    while (whole.next()) {
+      lines.emplace_back(whole.line());
+      left.push_back(whole.left());
+    }
+    const io::MemoryBytes source(text);
+    for (const std::size_t block : {1U, 2U, 3U, 7U, 64U}) {
+      io::TextScanner scanner(source, path, block);
+      for (std::size_t i = 0; i < lines.size(); ++i) {
+        ASSERT_TRUE(scanner.next());
+        EXPECT_EQ(scanner.line(), lines[i]);
+        EXPECT_EQ(scanner.left(), left[i]);
+        EXPECT_STREQ(scanner.error("x").what(), (path + ":" + std::to_string(i + 1) + ": x").c_str());
+      }
+      EXPECT_FALSE(scanner.next());
+    }
+  }
+}
+
+TEST(TextFormats, inLittleMemoryTheyHaveTheSamePoints)
+{
+  // Several blocks of every kind of table; normals and colours are recognised in columns without names.
+  std::string plain, normals, no_normals, colours_first, named, ply, ptx;
+  constexpr int kRows = 12000;
+  for (int i = 0; i < kRows; ++i) {
+    const std::string xyz = std::to_string(i) + ".25 " + std::to_string(i % 7) + " -3.5";
+    plain += xyz + "\r\n";
+    normals += xyz + " 17 0 0.6 0.8\n";
+    no_normals += xyz + (i + 1 < kRows ? " 0 0.6 0.8\n" : " 0 0.6 0.9\n");
+    colours_first += xyz + " 255 0 7 0 0 -1\n";
+    named += "0.8," + std::to_string(i) + ",5,1,1e9,0.6,0\n";
+    ply += xyz + " 0 0.6 0.8 44\n";
+    ptx += xyz + " 0.5 1 2 3\n";
+  }
+  named = "normal_z,x,y,z,time,normal_x,normal_y\n" + named;
+  ply = "ply\nformat ascii 1.0\nelement vertex " + std::to_string(kRows) +
+        "\nproperty double x\nproperty float y\nproperty float z\nproperty float nx\nproperty float ny\n"
+        "property float nz\nproperty uchar red\nend_header\n" +
+        ply;
+  ptx = std::to_string(kRows) + "\n1\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n9 8 7 1\n" + ptx;
+  const std::string pcd = "VERSION .7\nFIELDS x y z normal_x normal_y normal_z\nSIZE 4 4 4 4 4 4\nTYPE F F F F F F\n"
+                          "COUNT 1 1 1 1 1 1\nWIDTH 3\nHEIGHT 1\nPOINTS 3\nDATA ascii\n"
+                          "1 2 3 0 0.6 0.8\n4 5 6 0 0 1\n7 8 9 1 0 0";
+  struct Case {
+    const char* name;
+    const std::string& bytes;
+    bool has_normals;
+    std::size_t points;
+  };
+  for (const Case& c : {Case{"a.xyz", plain, false, kRows},
+                        Case{"a.pts", normals, true, kRows},
+                        Case{"a.txt", no_normals, false, kRows},
+                        Case{"a.asc", colours_first, true, kRows},
+                        Case{"a.csv", named, true, kRows},
+                        Case{"a.ply", ply, true, kRows},
+                        Case{"a.ptx", ptx, false, kRows},
+                        Case{"a.pcd", pcd, true, 3}}) {
+    const io::ScanPoints points = io::parseScanPoints(c.name, c.bytes);
+    EXPECT_EQ(points.size, c.points) << c.name;
+    EXPECT_EQ(points.has_normals, c.has_normals) << c.name;
+    EXPECT_NO_THROW(testing::requireSamePoints(c.name, io::parseCloud(c.name, c.bytes), points));
+  }
 }
 
 /// While it lives, no more than this can be allocated besides what is; with AddressSanitizer, which reserves terabytes,

@@ -3,6 +3,7 @@
 
 #include <apps/io/file_bytes.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <filesystem>
@@ -65,6 +66,14 @@ readFile(const std::string& path)
     throw IoError(path + ": cannot be read: " + systemMessage());
   content.resize(got);
   return content;
+}
+
+std::string
+ByteSource::first(std::uint64_t count) const
+{
+  std::string bytes(static_cast<std::size_t>(std::min(count, size())), '\0');
+  read(0, bytes.size(), bytes.data());
+  return bytes;
 }
 
 FileBytes::FileBytes(const std::string& path) : path_(path)

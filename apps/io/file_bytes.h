@@ -44,6 +44,9 @@ public:
   /// Copy \p count bytes from byte \p at on; the caller has compared them with size(). \throw IoError
   virtual void
   read(std::uint64_t at, std::size_t count, char* to) const = 0;
+  /// The first \p count bytes, or all where there are fewer. \throw IoError
+  std::string
+  first(std::uint64_t count) const;
 };
 
 /// Bytes in memory, which outlive this.

@@ -58,9 +58,7 @@ struct Reader {
       throw IoError(path + ": is empty");
     if (blocks)
       return blocks(path, source, fields);
-    std::string bytes(static_cast<std::size_t>(source.size()), '\0');
-    source.read(0, bytes.size(), bytes.data());
-    return whole(path, bytes);
+    return whole(path, source.first(source.size()));
   }
 };
 
@@ -69,13 +67,13 @@ const Reader*
 readerFor(const std::string& path)
 {
   static constexpr Reader kReaders[] = {{".pcd", nullptr, readPcd},
-                                        {".ply", readPly, nullptr},
-                                        {".csv", readTextTable, nullptr},
-                                        {".xyz", readTextTable, nullptr},
-                                        {".txt", readTextTable, nullptr},
-                                        {".asc", readTextTable, nullptr},
-                                        {".pts", readTextTable, nullptr},
-                                        {".ptx", readPtx, nullptr},
+                                        {".ply", nullptr, readPly},
+                                        {".csv", nullptr, readTextTable},
+                                        {".xyz", nullptr, readTextTable},
+                                        {".txt", nullptr, readTextTable},
+                                        {".asc", nullptr, readTextTable},
+                                        {".pts", nullptr, readTextTable},
+                                        {".ptx", nullptr, readPtx},
                                         {".3d", readThreedtk, nullptr},
                                         {".bin", readKitti, nullptr},
                                         {".las", nullptr, readLas},

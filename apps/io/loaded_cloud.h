@@ -81,8 +81,9 @@ struct ScanPoints {
 
 /** \brief The same numbers as of loadCloud() in little memory.
  *
- * Binary PCD, LAS and E57 are read block by block: at most 12 bytes a point with single precision, 24 with double, and
- * as much again for normals. Others take the file and its table for a while. \throw as loadCloud()
+ * Files are read block by block: at most 12 bytes a point with single precision, 24 with double, and as much again for
+ * normals; tables of text and PTX 36 for a while. Compressed PCD, KITTI and 3DTK files take the file and its table.
+ * \throw as loadCloud()
  */
 ScanPoints
 loadScanPoints(const std::string& path);

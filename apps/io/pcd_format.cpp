@@ -23,9 +23,6 @@ namespace {
 using Field = pcl::PCLPointField;
 
 constexpr std::size_t kMaxPointStep = 1U << 20; ///< longest point that we believe in [bytes]
-constexpr std::size_t kHeaderWindow = 1U << 14; ///< nearly every header is shorter ... [bytes]
-constexpr std::uint64_t kNextWindow = 16;
-constexpr std::size_t kLongestHeader = 1U << 22; ///< ... and every one than this, comments included [bytes]
 
 struct PcdField {
   std::string name;
@@ -231,7 +228,7 @@ void
 readAscii(TextScanner& scanner, const PcdHeader& header, pcl::PCLPointCloud2& table)
 {
   // Every number takes a byte and a separator; the last line may lack its end.
-  checkSize(scanner, header.points, 2 * header.values, scanner.rest().size() + 1);
+  checkSize(scanner, header.points, 2 * header.values, static_cast<std::size_t>(scanner.left()) + 1);
   resizeTable(table, header.points);
   std::vector<double> values;
   for (std::size_t i = 0; i < header.points; ++i) {
@@ -375,56 +372,32 @@ pcdType(std::uint8_t datatype)
   }
 }
 
-/// The first \p count bytes of a file.
-std::string
-firstBytes(const ByteSource& source, std::uint64_t count)
-{
-  std::string bytes(static_cast<std::size_t>(std::min(count, source.size())), '\0');
-  source.read(0, bytes.size(), bytes.data());
-  return bytes;
-}
-
 } // namespace
 
 RawCloud
 readPcd(const std::string& path, const ByteSource& source, FieldChoice fields)
 {
-  std::string head;
-  const auto isWhole = [&] { return head.size() == source.size(); };
-  for (std::uint64_t window = kHeaderWindow;;) {
-    head = firstBytes(source, window);
-    TextScanner scanner(head, path);
-    PcdHeader header;
-    try {
-      header = readHeader(scanner);
-    }
-    catch (const IoError&) {
-      if (isWhole() || window >= kLongestHeader)
-        throw;
-      window *= kNextWindow;
-      continue;
-    }
-    if (scanner.rest().empty() && !isWhole()) { // its last line may be cut
-      window *= kNextWindow;
-      continue;
-    }
-    RawCloud cloud;
-    cloud.viewpoint = header.viewpoint;
-    cloud.table = makeLayout(header, scanner, fields);
-    if (header.encoding == "binary") {
-      readBinary(scanner, header, source, head.size() - scanner.rest().size(), cloud.table);
-      return cloud;
-    }
-    if (!isWhole()) { // these need all of it
-      window = source.size();
-      continue;
-    }
-    if (header.encoding == "ascii")
-      readAscii(scanner, header, cloud.table);
-    else
-      readCompressed(scanner, header, cloud.table);
+  const std::string head = headOf(source, path, [](TextScanner& lines) { readHeader(lines); });
+  TextScanner scanner(head, path);
+  PcdHeader header = readHeader(scanner);
+  RawCloud cloud;
+  cloud.viewpoint = header.viewpoint;
+  cloud.table = makeLayout(header, scanner, fields);
+  if (header.encoding == "binary") {
+    readBinary(scanner, header, source, head.size() - scanner.rest().size(), cloud.table);
     return cloud;
   }
+  if (header.encoding == "ascii") {
+    TextScanner body(source, path);
+    readHeader(body);
+    readAscii(body, header, cloud.table);
+    return cloud;
+  }
+  const std::string bytes = source.first(source.size()); // decompression needs all of it
+  TextScanner body(bytes, path);
+  readHeader(body);
+  readCompressed(body, header, cloud.table);
+  return cloud;
 }
 
 void

@@ -168,17 +168,72 @@ binaryValue(const char* at, std::uint8_t datatype, bool swap)
   return loadValue(value, datatype);
 }
 
+/// Rows of numbers, as the vertices of a file have them, and the table of those columns that are kept.
+class VertexRows {
+public:
+  VertexRows(const Element& vertex, FieldChoice choice)
+  {
+    for (const Property& property : vertex.properties)
+      names_.push_back(property.name);
+    if (choice == FieldChoice::kAll)
+      return;
+    for (std::size_t column = 0; column < names_.size(); ++column)
+      if (isKept(choice, names_[column])) {
+        const bool is_float = vertex.properties[column].datatype == Field::FLOAT32;
+        addField(geometry_, names_[column], is_float ? Field::FLOAT32 : Field::FLOAT64);
+        kept_.push_back(column);
+      }
+  }
+
+  void
+  reserve(std::size_t rows)
+  {
+    if (kept_.empty())
+      values_.reserve(rows * names_.size());
+    else
+      resizeTable(geometry_, rows);
+  }
+
+  /// A number for each property.
+  void
+  add(const std::vector<double>& row)
+  {
+    if (kept_.empty()) {
+      values_.insert(values_.end(), row.begin(), row.end());
+      return;
+    }
+    std::uint8_t* point = geometry_.data.data() + added_++ * geometry_.point_step;
+    for (std::size_t k = 0; k < kept_.size(); ++k)
+      storeValue(point + geometry_.fields[k].offset, geometry_.fields[k].datatype, row[kept_[k]]);
+  }
+
+  pcl::PCLPointCloud2
+  table() &&
+  {
+    return kept_.empty() ? tableFromColumns(names_, values_) : std::move(geometry_);
+  }
+
+private:
+  std::vector<std::string> names_;
+  std::vector<double> values_;    ///< of all columns, where all are kept
+  std::vector<std::size_t> kept_; ///< else the columns that are
+  pcl::PCLPointCloud2 geometry_;
+  std::size_t added_ = 0;
+};
+
 /// Walks the binary body of a PLY file.
 class BinaryBody {
 public:
-  BinaryBody(const TextScanner& scanner, bool swap) : scanner_(scanner), rest_(scanner.rest()), swap_(swap) {}
+  BinaryBody(const TextScanner& scanner, const ByteSource& source, std::uint64_t at, bool swap)
+      : scanner_(scanner), source_(source), at_(at), swap_(swap)
+  {}
 
   void
   skip(const Element& element)
   {
     if (!element.hasList()) {
       require(element, element.step(), element.count);
-      rest_.remove_prefix(element.step() * element.count);
+      at_ += element.step() * element.count;
       return;
     }
     for (std::size_t i = 0; i < element.count; ++i)
@@ -186,69 +241,100 @@ public:
         std::size_t values = 1;
         if (property.list_datatype != 0) {
           require(element, valueSize(property.list_datatype), 1);
-          const double length = binaryValue(rest_.data(), property.list_datatype, swap_);
+          const double length = binaryValue(take(valueSize(property.list_datatype)), property.list_datatype, swap_);
           if (length < 0)
             throw scanner_.error("element " + inQuotes(element.name) + " has a list of negative length");
-          rest_.remove_prefix(valueSize(property.list_datatype));
           values = static_cast<std::size_t>(length);
         }
         require(element, valueSize(property.datatype), values);
-        rest_.remove_prefix(valueSize(property.datatype) * values);
+        at_ += valueSize(property.datatype) * values;
       }
   }
 
   void
-  append(const Element& element, std::vector<double>& values)
+  append(const Element& element, VertexRows& rows)
   {
     require(element, element.step(), element.count);
-    values.reserve(element.count * element.properties.size());
-    for (std::size_t i = 0; i < element.count; ++i)
-      for (const Property& property : element.properties) {
-        values.push_back(binaryValue(rest_.data(), property.datatype, swap_));
-        rest_.remove_prefix(valueSize(property.datatype));
+    rows.reserve(element.count);
+    std::vector<double> row(element.properties.size());
+    for (std::size_t i = 0; i < element.count; ++i) {
+      const char* value = take(element.step());
+      for (std::size_t k = 0; k < row.size(); ++k) {
+        row[k] = binaryValue(value, element.properties[k].datatype, swap_);
+        value += valueSize(element.properties[k].datatype);
       }
+      rows.add(row);
+    }
   }
 
 private:
+  /// The next \p count bytes, which the caller has compared with what is left.
+  const char*
+  take(std::size_t count)
+  {
+    if (at_ < block_at_ || at_ + count > block_at_ + block_.size()) {
+      block_at_ = at_;
+      block_.resize(static_cast<std::size_t>(std::min<std::uint64_t>(std::max(count, kBlockBytes), left())));
+      source_.read(block_at_, block_.size(), block_.data());
+    }
+    const char* bytes = block_.data() + (at_ - block_at_);
+    at_ += count;
+    return bytes;
+  }
+  std::uint64_t
+  left() const
+  {
+    return source_.size() - at_;
+  }
   void
   require(const Element& element, std::size_t bytes_each, std::size_t count) const
   {
-    if (count > 0 && bytes_each > rest_.size() / count)
+    if (count > 0 && bytes_each > left() / count)
       throw scanner_.error("element " + inQuotes(element.name) + ": " + std::to_string(count) + " times " +
-                           std::to_string(bytes_each) + " bytes do not fit into the " + std::to_string(rest_.size()) +
+                           std::to_string(bytes_each) + " bytes do not fit into the " + std::to_string(left()) +
                            " bytes that are left");
   }
 
   const TextScanner& scanner_;
-  std::string_view rest_;
+  const ByteSource& source_;
+  std::uint64_t at_; ///< of the next byte in the file
+  std::string block_;
+  std::uint64_t block_at_ = 0;
   bool swap_;
 };
 
 void
-appendAscii(TextScanner& scanner, const Element& element, std::vector<double>& values)
+appendAscii(TextScanner& scanner, const Element& element, VertexRows& rows)
 {
   const std::size_t columns = element.properties.size();
   // Every number takes a byte and a separator; the last line may lack its end.
-  if (element.count > 0 && 2 * columns > (scanner.rest().size() + 1) / element.count)
+  if (element.count > 0 && 2 * columns > (scanner.left() + 1) / element.count)
     throw scanner.error("element " + inQuotes(element.name) + ": " + std::to_string(element.count) +
-                        " lines do not fit into the " + std::to_string(scanner.rest().size()) + " bytes that are left");
-  values.reserve(element.count * columns);
+                        " lines do not fit into the " + std::to_string(scanner.left()) + " bytes that are left");
+  rows.reserve(element.count);
+  std::vector<double> row;
   for (std::size_t i = 0; i < element.count; ++i) {
     if (!scanner.nextData())
       throw scanner.error("the file ends after " + std::to_string(i) + " of " + std::to_string(element.count) + " " +
                           element.name + " lines");
-    const std::size_t got = scanner.appendNumbers(values);
+    row.clear();
+    const std::size_t got = scanner.appendNumbers(row);
     if (got != columns)
       throw scanner.error(std::to_string(got) + " values, expected " + std::to_string(columns));
+    rows.add(row);
   }
 }
 
-/// Column names of the vertices, distinct, or an error.
-std::vector<std::string>
-columnNames(const TextScanner& scanner, const Element& vertex)
+/// The element of the vertices. \throw IoError where there is none, or its properties are not what we read
+const Element&
+requireVertex(const TextScanner& scanner, const PlyHeader& header)
 {
+  const auto vertex = std::find_if(
+      header.elements.begin(), header.elements.end(), [](const Element& element) { return element.name == "vertex"; });
+  if (vertex == header.elements.end())
+    throw scanner.error("the PLY header has no element 'vertex'");
   std::vector<std::string> names;
-  for (const Property& property : vertex.properties) {
+  for (const Property& property : vertex->properties) {
     if (property.list_datatype != 0)
       throw scanner.error("element 'vertex' has a list " + inQuotes(property.name) + ", which is not supported");
     if (std::find(names.begin(), names.end(), property.name) != names.end())
@@ -258,7 +344,9 @@ columnNames(const TextScanner& scanner, const Element& vertex)
   for (const char* needed : {"x", "y", "z"})
     if (std::find(names.begin(), names.end(), needed) == names.end())
       throw scanner.error("element 'vertex' has no property '" + std::string(needed) + "'");
-  return names;
+  if (vertex->count > std::numeric_limits<std::int32_t>::max())
+    throw scanner.error("element 'vertex' " + std::to_string(vertex->count) + " is too many");
+  return *vertex;
 }
 
 bool
@@ -287,33 +375,29 @@ appendHeader(std::string& header, const Field& field)
 } // namespace
 
 RawCloud
-readPly(const std::string& path, std::string_view bytes)
+readPly(const std::string& path, const ByteSource& source, FieldChoice fields)
 {
-  TextScanner scanner(bytes, path);
+  const std::string head = headOf(source, path, [](TextScanner& lines) { readHeader(lines); });
+  TextScanner scanner(head, path);
   const PlyHeader header = readHeader(scanner);
-  const auto vertex = std::find_if(
-      header.elements.begin(), header.elements.end(), [](const Element& element) { return element.name == "vertex"; });
-  if (vertex == header.elements.end())
-    throw scanner.error("the PLY header has no element 'vertex'");
-  const auto names = columnNames(scanner, *vertex);
-  if (vertex->count > std::numeric_limits<std::int32_t>::max())
-    throw scanner.error("element 'vertex' " + std::to_string(vertex->count) + " is too many");
-
-  std::vector<double> values;
+  const Element& vertex = requireVertex(scanner, header);
+  VertexRows rows(vertex, fields);
   if (header.encoding == Encoding::Ascii) {
-    for (auto element = header.elements.begin(); element != vertex; ++element)
+    TextScanner body(source, path);
+    readHeader(body);
+    for (const Element* element = header.elements.data(); element != &vertex; ++element)
       for (std::size_t i = 0; i < element->count; ++i)
-        if (!scanner.nextData())
-          throw scanner.error("the file ends within element " + inQuotes(element->name));
-    appendAscii(scanner, *vertex, values);
+        if (!body.nextData())
+          throw body.error("the file ends within element " + inQuotes(element->name));
+    appendAscii(body, vertex, rows);
   }
   else {
-    BinaryBody body(scanner, header.encoding == Encoding::BigEndian);
-    for (auto element = header.elements.begin(); element != vertex; ++element)
+    BinaryBody body(scanner, source, head.size() - scanner.rest().size(), header.encoding == Encoding::BigEndian);
+    for (const Element* element = header.elements.data(); element != &vertex; ++element)
       body.skip(*element);
-    body.append(*vertex, values);
+    body.append(vertex, rows);
   }
-  return {tableFromColumns(names, values), std::nullopt, std::nullopt};
+  return {std::move(rows).table(), std::nullopt, std::nullopt};
 }
 
 void

@@ -4,20 +4,21 @@
 #pragma once
 
 #include <apps/io/field_table.h>
+#include <apps/io/file_bytes.h>
 #include <apps/io/io_error.h>
 
 #include <string>
-#include <string_view>
 
 namespace pcl_ssfr {
 namespace io {
 
-/** \brief Read the vertices of a PLY file (ascii, binary of either byte order); other elements are skipped.
+/** \brief Read the vertices of a PLY file (ascii, binary of either byte order), a binary one block by block; other
+ * elements are skipped.
  *
  * Sizes are checked against the file before anything is allocated. \throw IoError
  */
 RawCloud
-readPly(const std::string& path, std::string_view bytes);
+readPly(const std::string& path, const ByteSource& source, FieldChoice fields);
 
 /// Write a binary PLY file (little endian) with one element vertex; rgb as red, green, blue. \throw IoError
 void

@@ -66,10 +66,10 @@ readScanHeader(TextScanner& scanner)
   header.T_world_scanner.linear() = rotation;
   header.T_world_scanner.translation() = matrix.row(3).head<3>().transpose();
   // A point takes six bytes at least ("0 0 0" and the end of the line, which the last may lack).
-  const std::size_t possible = (scanner.rest().size() + 1) / 6;
+  const std::uint64_t possible = (scanner.left() + 1) / 6;
   if (rows > 0 && columns > possible / rows)
     throw scanner.error(std::to_string(columns) + " columns of " + std::to_string(rows) +
-                        " points do not fit into the " + std::to_string(scanner.rest().size()) + " bytes that follow");
+                        " points do not fit into the " + std::to_string(scanner.left()) + " bytes that follow");
   header.points = columns * rows;
   return header;
 }
@@ -77,9 +77,9 @@ readScanHeader(TextScanner& scanner)
 } // namespace
 
 RawCloud
-readPtx(const std::string& path, std::string_view bytes)
+readPtx(const std::string& path, const ByteSource& source, FieldChoice fields)
 {
-  TextScanner scanner(bytes, path);
+  TextScanner scanner(source, path);
   std::vector<double> values;
   std::vector<double> line;
   std::size_t columns = 0;
@@ -103,12 +103,14 @@ readPtx(const std::string& path, std::string_view bytes)
       if (point.isZero(0))
         continue;
       point = header.T_world_scanner * point.eval();
-      values.insert(values.end(), line.begin(), line.end());
+      values.insert(values.end(), line.begin(), fields == FieldChoice::kAll ? line.end() : line.begin() + 3);
     }
   }
   if (scans == 0)
     throw IoError(path + ": holds no scan");
   std::vector<std::string> names{"x", "y", "z"};
+  if (fields != FieldChoice::kAll)
+    columns = names.size();
   if (columns == 4 || columns == 7)
     names.emplace_back("intensity");
   if (columns >= 6)

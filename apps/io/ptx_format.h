@@ -4,10 +4,10 @@
 #pragma once
 
 #include <apps/io/field_table.h>
+#include <apps/io/file_bytes.h>
 #include <apps/io/io_error.h>
 
 #include <string>
-#include <string_view>
 
 namespace pcl_ssfr {
 namespace io {
@@ -18,7 +18,7 @@ namespace io {
  * one scan and it is away from the origin. \throw IoError
  */
 RawCloud
-readPtx(const std::string& path, std::string_view bytes);
+readPtx(const std::string& path, const ByteSource& source, FieldChoice fields);
 
 } // namespace io
 } // namespace pcl_ssfr

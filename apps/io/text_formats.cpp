@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 
 namespace pcl_ssfr {
 namespace io {
@@ -56,57 +57,135 @@ headerNames(std::string_view line)
   return names;
 }
 
-/// True when three columns from \p column on hold unit vectors (or zeros, or NaN) in every row.
+/// Whether numbers are a unit vector, or zeros or NaN where there is none.
 bool
-areNormals(const std::vector<double>& values, std::size_t columns, std::size_t column)
+isNormal(const double* v)
 {
-  for (std::size_t i = column; i < values.size(); i += columns) {
-    const double length = std::hypot(values[i], values[i + 1], values[i + 2]);
-    if (length > 0 && !(std::abs(length - 1) < kUnitTolerance))
-      return false;
-  }
-  return true;
+  const double length = std::hypot(v[0], v[1], v[2]);
+  return !(length > 0) || std::abs(length - 1) < kUnitTolerance;
 }
 
-/// True when three columns from \p column on hold integers of 0..255 in every row.
+/// Whether numbers are integers of 0..255.
 bool
-areColours(const std::vector<double>& values, std::size_t columns, std::size_t column)
+isColour(const double* v)
 {
-  for (std::size_t i = column; i < values.size(); i += columns)
-    for (std::size_t k = i; k < i + 3; ++k)
-      if (!(values[k] >= 0 && values[k] <= 255 && values[k] == std::floor(values[k])))
-        return false;
-  return true;
+  return std::all_of(v, v + 3, [](double c) { return c >= 0 && c <= 255 && c == std::floor(c); });
 }
 
-/// What the columns of a file without names hold, inferred from their number and values.
-std::vector<std::string>
-guessNames(const std::vector<double>& values, std::size_t columns)
-{
-  std::vector<std::string> names{"x", "y", "z"};
-  const auto add = [&names](std::initializer_list<std::string> more) { names.insert(names.end(), more); };
-  if (columns % 3 == 1)
-    add({"intensity"});
-  while (names.size() + 3 <= columns) {
-    const std::size_t next = names.size();
-    if (!contains(names, "normal_x") && areNormals(values, columns, next))
-      add({"normal_x", "normal_y", "normal_z"});
-    else if (!contains(names, "red") && areColours(values, columns, next))
-      add({"red", "green", "blue"});
-    else
-      break;
+/// The rows of a table of numbers: those columns that are kept, and what columns without names may hold.
+class TableRows {
+public:
+  /// \param[in] names of the columns, empty where the file has none \param[in] first row
+  TableRows(const std::vector<std::string>& names, FieldChoice choice, const std::vector<double>& first)
+      : columns_(first.size()), names_(names)
+  {
+    if (names_.empty())
+      for (std::size_t at = columns_ % 3 == 1 ? 4 : 3; at + 3 <= columns_; at += 3)
+        triples_.push_back({at, true, true});
+    look(first);
+    for (std::size_t column = 0; column < columns_; ++column)
+      if (choice == FieldChoice::kAll || (names_.empty() ? mayBeGeometry(column) : isKept(choice, names_[column])))
+        kept_.push_back(column);
   }
-  while (names.size() < columns)
-    names.push_back("column_" + std::to_string(names.size() + 1));
-  return names;
-}
 
-/// Numbers that lines of \p columns each hold at most: each takes a byte and a separator.
-std::size_t
-mostNumbers(std::string_view lines, std::size_t columns)
+  /// Make room for so many rows.
+  void
+  reserve(std::size_t rows)
+  {
+    values_.reserve(rows * kept_.size());
+  }
+
+  /// A number for each column.
+  void
+  add(const std::vector<double>& row)
+  {
+    look(row);
+    for (const std::size_t column : kept_)
+      values_.push_back(row[column]);
+    ++rows_;
+  }
+
+  std::size_t
+  rows() const
+  {
+    return rows_;
+  }
+
+  pcl::PCLPointCloud2
+  table() const
+  {
+    const std::vector<std::string> all = names_.empty() ? guessedNames() : names_;
+    std::vector<std::string> names;
+    for (const std::size_t column : kept_)
+      names.push_back(all[column]);
+    return tableFromColumns(names, values_);
+  }
+
+private:
+  /// Three columns without names, and what they still may be.
+  struct Triple {
+    std::size_t first;
+    bool normals, colours;
+  };
+
+  void
+  look(const std::vector<double>& row)
+  {
+    for (Triple& triple : triples_) {
+      triple.normals = triple.normals && isNormal(row.data() + triple.first);
+      triple.colours = triple.colours && isColour(row.data() + triple.first);
+    }
+  }
+
+  bool
+  mayBeGeometry(std::size_t column) const
+  {
+    return column < 3 || std::any_of(triples_.begin(), triples_.end(), [&](const Triple& triple) {
+             return triple.normals && column >= triple.first && column < triple.first + 3;
+           });
+  }
+
+  /// What the columns of a file without names hold, inferred from their number and values.
+  std::vector<std::string>
+  guessedNames() const
+  {
+    std::vector<std::string> names{"x", "y", "z"};
+    const auto add = [&names](std::initializer_list<std::string> more) { names.insert(names.end(), more); };
+    if (columns_ % 3 == 1)
+      add({"intensity"});
+    for (const Triple& triple : triples_) {
+      if (!contains(names, "normal_x") && triple.normals)
+        add({"normal_x", "normal_y", "normal_z"});
+      else if (!contains(names, "red") && triple.colours)
+        add({"red", "green", "blue"});
+      else
+        break;
+    }
+    while (names.size() < columns_)
+      names.push_back("column_" + std::to_string(names.size() + 1));
+    return names;
+  }
+
+  std::size_t columns_;
+  std::vector<std::string> names_;
+  std::vector<Triple> triples_;
+  std::vector<std::size_t> kept_;
+  std::vector<double> values_;
+  std::size_t rows_ = 0;
+};
+
+/// Lines of a file, at most.
+std::uint64_t
+countLines(const ByteSource& source)
 {
-  const auto count = static_cast<std::size_t>(std::count(lines.begin(), lines.end(), '\n')) + 1;
-  return std::min(columns * count, lines.size() / 2 + 1);
+  std::uint64_t lines = 1;
+  std::string block;
+  for (std::uint64_t at = 0; at < source.size(); at += block.size()) {
+    block.resize(static_cast<std::size_t>(std::min<std::uint64_t>(kBlockBytes, source.size() - at)));
+    source.read(at, block.size(), block.data());
+    lines += static_cast<std::uint64_t>(std::count(block.begin(), block.end(), '\n'));
+  }
+  return lines;
 }
 
 /// A first data line that holds one count and nothing else.
@@ -126,9 +205,9 @@ startsWithNumber(std::string_view line)
 } // namespace
 
 RawCloud
-readTextTable(const std::string& path, std::string_view bytes)
+readTextTable(const std::string& path, const ByteSource& source, FieldChoice fields)
 {
-  TextScanner scanner(bytes, path);
+  TextScanner scanner(source, path);
   std::vector<std::string> names;
   bool names_in_comment = false; // a remark that may mean something else
   std::optional<std::uint64_t> declared;
@@ -163,7 +242,8 @@ readTextTable(const std::string& path, std::string_view bytes)
   if (!more)
     throw IoError(path + ": holds no points");
 
-  std::vector<double> values;
+  std::optional<TableRows> rows;
+  std::vector<double> row;
   std::size_t columns = 0;
   do {
     const std::string_view line = scanner.line();
@@ -175,8 +255,9 @@ readTextTable(const std::string& path, std::string_view bytes)
       *declared += *count; // the next scan of a PTS file
       continue;
     }
-    const std::size_t got = scanner.appendNumbers(values);
-    if (columns == 0) {
+    row.clear();
+    const std::size_t got = scanner.appendNumbers(row);
+    if (!rows) {
       if (names_in_comment && got != names.size())
         names.clear();
       if (!names.empty() && got != names.size())
@@ -186,16 +267,19 @@ readTextTable(const std::string& path, std::string_view bytes)
       if (got > kMaxFields)
         throw scanner.error(std::to_string(got) + " columns, at most " + std::to_string(kMaxFields) + " are supported");
       columns = got;
-      values.reserve(columns + mostNumbers(scanner.rest(), columns));
+      rows.emplace(names, fields, row);
+      // Each number takes a byte and a separator; the last one may lack it.
+      rows->reserve(static_cast<std::size_t>(std::min(countLines(source), (scanner.left() + 1) / (2 * columns) + 1)));
     }
     if (got != columns)
       throw scanner.error(std::to_string(got) + " columns, expected " + std::to_string(columns) +
                           " as in the first line of points");
+    rows->add(row);
   } while (scanner.next());
-  const std::size_t points = columns == 0 ? 0 : values.size() / columns;
+  const std::size_t points = rows ? rows->rows() : 0;
   if (declared && *declared != points)
     throw IoError(path + ": declares " + std::to_string(*declared) + " points, holds " + std::to_string(points));
-  return {tableFromColumns(names.empty() ? guessNames(values, columns) : names, values), std::nullopt, std::nullopt};
+  return {rows ? rows->table() : tableFromColumns({"x", "y", "z"}, {}), std::nullopt, std::nullopt};
 }
 
 } // namespace io

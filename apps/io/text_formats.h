@@ -4,10 +4,10 @@
 #pragma once
 
 #include <apps/io/field_table.h>
+#include <apps/io/file_bytes.h>
 #include <apps/io/io_error.h>
 
 #include <string>
-#include <string_view>
 
 namespace pcl_ssfr {
 namespace io {
@@ -20,7 +20,7 @@ namespace io {
  * one number is the number of points (PTS), which must then be right. \throw IoError
  */
 RawCloud
-readTextTable(const std::string& path, std::string_view bytes);
+readTextTable(const std::string& path, const ByteSource& source, FieldChoice fields);
 
 } // namespace io
 } // namespace pcl_ssfr

@@ -13,6 +13,9 @@ namespace {
 
 constexpr std::string_view kSeparators = " \t,;\v\f";
 constexpr std::uint64_t kMaxCount = std::uint64_t{1} << 53;
+constexpr std::uint64_t kHeaderWindow = 1U << 14; ///< nearly every header is shorter ... [bytes]
+constexpr std::uint64_t kNextWindow = 16;
+constexpr std::uint64_t kLongestHeader = 1U << 22; ///< ... and every one than this, comments included [bytes]
 
 bool
 isSeparator(char c)
@@ -21,6 +24,26 @@ isSeparator(char c)
 }
 
 } // namespace
+
+std::string
+headOf(const ByteSource& source, const std::string& path, const std::function<void(TextScanner&)>& readHeader)
+{
+  for (std::uint64_t window = kHeaderWindow;; window *= kNextWindow) {
+    std::string head = source.first(window);
+    if (head.size() == source.size())
+      return head;
+    TextScanner scanner(head, path);
+    try {
+      readHeader(scanner);
+      if (!scanner.rest().empty()) // else its last line may be cut
+        return head;
+    }
+    catch (const IoError&) {
+      if (window >= kLongestHeader)
+        return head;
+    }
+  }
+}
 
 std::string_view
 nextToken(std::string_view& line)
@@ -77,14 +100,30 @@ isBlankOrComment(std::string_view line)
 }
 
 bool
+TextScanner::readMore()
+{
+  if (!source_ || read_ == source_->size())
+    return false;
+  window_.erase(0, window_.size() - rest_.size());
+  const std::size_t kept = window_.size();
+  window_.resize(kept + static_cast<std::size_t>(std::min<std::uint64_t>(block_, source_->size() - read_)));
+  source_->read(read_, window_.size() - kept, window_.data() + kept);
+  read_ += window_.size() - kept;
+  rest_ = window_;
+  return true;
+}
+
+bool
 TextScanner::next()
 {
-  if (rest_.empty())
+  if (rest_.empty() && !readMore())
     return false;
   ++number_;
   std::size_t end = 0;
-  while (end < rest_.size() && rest_[end] != '\n' && rest_[end] != '\r')
-    ++end;
+  do
+    while (end < rest_.size() && rest_[end] != '\n' && rest_[end] != '\r')
+      ++end;
+  while (end + 1 >= rest_.size() && readMore()); // the end of the line, and what may belong to it, or none is there
   line_ = rest_.substr(0, end);
   if (end < rest_.size())
     end += rest_.substr(end, 2) == "\r\n" ? 2 : 1;

@@ -3,9 +3,11 @@
 
 #pragma once
 
+#include <apps/io/file_bytes.h>
 #include <apps/io/io_error.h>
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -20,8 +22,15 @@ namespace io {
 class TextScanner {
 public:
   TextScanner(std::string_view text, const std::string& path) : rest_(text), path_(path) {}
+  /// A file of which \p block bytes at a time are in memory, or as many as its longest line has; > 0.
+  TextScanner(const ByteSource& source, const std::string& path, std::size_t block = kTextBlock)
+      : source_(&source), block_(block), path_(path)
+  {}
+  TextScanner(const TextScanner&) = delete;
+  TextScanner&
+  operator=(const TextScanner&) = delete;
 
-  /// Go to the next line; false at the end.
+  /// Go to the next line; false at the end. What line() gave before is gone.
   bool
   next();
   /// Go to the next line that is neither blank nor a comment (#, //, %); false at the end.
@@ -33,11 +42,17 @@ public:
   {
     return line_;
   }
-  /// What follows the current line.
+  /// What follows the current line in memory.
   std::string_view
   rest() const
   {
     return rest_;
+  }
+  /// Bytes that follow the current line.
+  std::uint64_t
+  left() const
+  {
+    return rest_.size() + (source_ ? source_->size() - read_ : 0);
   }
   /// An error that names the file and the current line.
   IoError
@@ -50,11 +65,27 @@ public:
   numbers(std::size_t count, const char* what) const;
 
 private:
+  static constexpr std::size_t kTextBlock = std::size_t{1} << 18; ///< [bytes]
+
+  /// Take more of the file into memory; false at its end.
+  bool
+  readMore();
+
+  const ByteSource* source_ = nullptr; ///< null: all of the text is in memory
+  std::size_t block_ = 0;
+  std::uint64_t read_ = 0; ///< bytes of the file that are or were in memory
+  std::string window_;     ///< of the file
   std::string_view rest_;
   std::string_view line_;
   const std::string& path_;
   std::size_t number_ = 0;
 };
+
+/** \brief The beginning of a file that has a header of lines: all of the header and some of what follows, or the whole
+ * file. Of a file whose header cannot be read 4 MiB at least. \throw IoError
+ */
+std::string
+headOf(const ByteSource& source, const std::string& path, const std::function<void(TextScanner&)>& readHeader);
 
 /// Cut the next token off the front of \p line (separators: blanks, comma, semicolon); empty at the end.
 std::string_view
