@@ -326,6 +326,21 @@ TEST(CandidatePairs, partsThatStayApartAreTriedOnceMore)
   EXPECT_EQ(Job::together(job.run()).count({7, 8}), 0U);
 }
 
+TEST(CandidatePairs, eachScanOfAPartIsTriedWithOthers)
+{
+  // Of two rows only the scans at the ends meet; all others are more like many of the other row.
+  Job job = Job::row(80, 2);
+  job.config.alike = 1;
+  job.makeNextOnesAlike(39);
+  const std::vector<Eigen::VectorXf> own = job.scans.signatures;
+  job.scans.signatures[39] += 0.1F * own[40];
+  for (std::size_t i = 0; i < 36; ++i)
+    for (std::size_t k = 0; k < 5; ++k)
+      job.scans.signatures[i] += 0.3F * own[44 + (i + 7 * k) % 36];
+  ASSERT_TRUE(job.share(39, 40));
+  EXPECT_EQ(Job::together(job.run()).count({39, 40}), 1U);
+}
+
 TEST(CandidatePairs, whatSharesNothingCostsABoundedNumber)
 {
   for (const int n : {20, 80, 200}) {

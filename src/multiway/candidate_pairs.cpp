@@ -73,6 +73,22 @@ CandidatePairs::isOpen(int a, int b) const
          given_.count(ordered(a, b)) == 0;
 }
 
+std::vector<int>
+CandidatePairs::mostAlike(int scan, std::size_t count, const std::function<bool(int)>& isWanted) const
+{
+  std::vector<int> others;
+  for (int other = 0; other < static_cast<int>(scans_.usable.size()); ++other)
+    if (isOpen(scan, other) && isWanted(other))
+      others.push_back(other);
+  const Eigen::VectorXf likeness = likeness_.of(static_cast<std::size_t>(scan));
+  const auto middle = others.begin() + static_cast<std::ptrdiff_t>(std::min(count, others.size()));
+  std::partial_sort(others.begin(), middle, others.end(), [&](int a, int b) {
+    return likeness[a] != likeness[b] ? likeness[a] > likeness[b] : a < b;
+  });
+  others.erase(middle, others.end());
+  return others;
+}
+
 std::set<ScanPair>
 CandidatePairs::alikeOnes() const
 {
@@ -82,18 +98,8 @@ CandidatePairs::alikeOnes() const
       pairs.insert(pair);
   const std::size_t n = scans_.usable.size();
   std::vector<std::vector<int>> partners(n);
-  forEachInParallel(static_cast<std::int64_t>(n), 1, threads_, [&](std::int64_t index) {
-    const auto i = static_cast<std::size_t>(index);
-    std::vector<int>& all = partners[i];
-    for (int k = 0; k < static_cast<int>(n); ++k)
-      if (isOpen(static_cast<int>(i), k))
-        all.push_back(k);
-    const Eigen::VectorXf likeness = likeness_.of(i);
-    const auto middle = all.begin() + static_cast<std::ptrdiff_t>(std::min(config_.alike, all.size()));
-    std::partial_sort(all.begin(), middle, all.end(), [&](int a, int b) {
-      return likeness[a] != likeness[b] ? likeness[a] > likeness[b] : a < b;
-    });
-    all.erase(middle, all.end());
+  forEachInParallel(static_cast<std::int64_t>(n), 1, threads_, [&](std::int64_t i) {
+    partners[static_cast<std::size_t>(i)] = mostAlike(static_cast<int>(i), config_.alike, [](int) { return true; });
   });
   for (std::size_t i = 0; i < n; ++i)
     for (const int k : partners[i])
@@ -267,23 +273,17 @@ CandidatePairs::betweenParts(const Links& links)
   for (std::size_t p = 0; p < parts.size(); ++p)
     for (const int scan : parts[p].scans)
       part[static_cast<std::size_t>(scan)] = p;
-  for (std::size_t p = 0; p < parts.size(); ++p) {
-    const std::size_t most = std::max(config_.apart, config_.apart_of_scan * parts[p].scans.size());
-    std::vector<std::pair<float, ScanPair>> ways; // less likeness, first the scan of this part
-    for (const int scan : parts[p].scans) {
-      const Eigen::VectorXf likeness = likeness_.of(static_cast<std::size_t>(scan));
-      std::vector<std::pair<float, ScanPair>> of_scan;
-      for (int other = 0; other < static_cast<int>(part.size()); ++other)
-        if (isOpen(scan, other) && part[static_cast<std::size_t>(other)] != p)
-          of_scan.emplace_back(-likeness[other], ScanPair(scan, other));
-      const std::size_t count = std::min(config_.apart, of_scan.size());
-      std::partial_sort(of_scan.begin(), of_scan.begin() + static_cast<std::ptrdiff_t>(count), of_scan.end());
-      ways.insert(ways.end(), of_scan.begin(), of_scan.begin() + static_cast<std::ptrdiff_t>(count));
+  // As many for each scan: few of a part see another part, and those are not the ones that are most like something.
+  for (const Part& from : parts) {
+    const std::size_t count =
+        std::max(config_.apart_of_scan, (config_.apart + from.scans.size() - 1) / from.scans.size());
+    for (const int scan : from.scans) {
+      const auto is_elsewhere = [&](int other) {
+        return part[static_cast<std::size_t>(other)] != part[static_cast<std::size_t>(scan)];
+      };
+      for (const int other : mostAlike(scan, count, is_elsewhere))
+        pairs.insert(ordered(scan, other));
     }
-    std::sort(ways.begin(), ways.end());
-    ways.resize(std::min(ways.size(), most));
-    for (const auto& [unlike, pair] : ways)
-      pairs.insert(ordered(pair.first, pair.second));
   }
   return pairs;
 }

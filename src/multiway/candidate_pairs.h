@@ -79,6 +79,9 @@ private:
 
   bool
   isOpen(int a, int b) const;
+  /// The scans that are most like a scan, of those that are wanted and were not linked with it.
+  std::vector<int>
+  mostAlike(int scan, std::size_t count, const std::function<bool(int)>& isWanted) const;
   void
   propose(int a, int b, const Eigen::Isometry3d& T_b_a, double weight, Proposals& proposals) const;
   /// Those of which enough surface would meet, the most first, as far as their scans may have partners.
