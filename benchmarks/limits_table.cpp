@@ -5,6 +5,7 @@
 // under a time limit. Simulated scans of a hall. See `limits_table --help`.
 
 #include "cloud_views.h"
+#include "common/angles.h"
 #include "synthetic_scene.h"
 
 #include <pcl_ssfr/pipeline.h>
@@ -34,7 +35,6 @@ using testing::viewOfCloud;
 using Cloud = pcl::PointCloud<pcl::PointXYZ>;
 using Registration = StructuredSceneRegistration<pcl::PointXYZ, pcl::PointXYZ>;
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kMebibyte = 1048576;
 constexpr double kLimits[] = {0.01, 0.03, 0.1, 0.3, 1}; // [s]
 constexpr std::uint64_t kSeed = 2;

@@ -5,6 +5,7 @@
 // of each stage grows with the number of points. See `speed_ratio --help`.
 
 #include "cloud_views.h"
+#include "common/angles.h"
 #include "scan_loader.h"
 #include "scan_views.h"
 #include "synthetic_scene.h"
@@ -39,7 +40,6 @@ using testing::viewOfPoints;
 using Cloud = pcl::PointCloud<pcl::PointXYZ>;
 using NormalCloud = pcl::PointCloud<pcl::PointNormal>;
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr int kNeighbours = 20; // of PCL's normal estimation
 
 const char* const kUsage =
@@ -202,7 +202,7 @@ timePair(const std::string& folder, const io::ScanPair& pair, const Options& opt
     times.paper = medianSeconds(1, [&] { registerPair(viewOfCloud(*source), viewOfCloud(*target), other); });
   }
   const Eigen::Isometry3d error = result.T_target_source.inverse() * pair.T_target_source;
-  times.solved = Eigen::AngleAxisd(error.linear()).angle() < 2 * kPi / 180 && error.translation().norm() < 0.3;
+  times.solved = Eigen::AngleAxisd(error.linear()).angle() < 2 * kDegree && error.translation().norm() < 0.3;
 
   pcl::PointCloud<pcl::Normal> source_normals;
   pcl::PointCloud<pcl::Normal> target_normals;

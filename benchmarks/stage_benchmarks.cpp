@@ -6,6 +6,7 @@
 // over_pcl is our processor time over PCL's for the same work, in the same run. One thread, unless the name says
 // otherwise.
 
+#include "common/angles.h"
 #include "profiles/paper_profile.h"
 #include "profiles/patch_profile.h"
 #include "scan_views.h"
@@ -36,7 +37,6 @@ using namespace pcl_ssfr;
 using testing::viewOfPoints;
 using Cloud = pcl::PointCloud<pcl::PointXYZ>;
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr int kNeighbours = 20; // of PCL's normals
 constexpr std::int64_t kSizes[] = {30000, 300000, 3000000};
 constexpr std::int64_t kLargestForPaper = 300000; // its normals and FGR's descriptors take long

@@ -2,6 +2,7 @@
 // Copyright (c) 2026, pcl_ssfr contributors
 
 #include "keyword_options.h"
+#include "common/angles.h"
 
 #include "scan_array.h"
 
@@ -19,8 +20,6 @@ namespace python {
 namespace py = pybind11;
 
 namespace {
-
-constexpr double kDegree = 3.14159265358979323846 / 180;
 
 constexpr std::pair<const char*, Profile> kProfiles[] = {{"default", Profile::Default},
                                                          {"paper2017", Profile::Paper2017}};

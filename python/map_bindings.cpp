@@ -2,6 +2,7 @@
 // Copyright (c) 2026, pcl_ssfr contributors
 
 #include "bindings.h"
+#include "common/angles.h"
 #include "keyword_options.h"
 #include "scan_array.h"
 
@@ -27,8 +28,6 @@ namespace python {
 namespace py = pybind11;
 
 namespace {
-
-constexpr double kDegree = 3.14159265358979323846 / 180;
 
 /// A scan of a map: a file, or an array.
 struct MapInput {

@@ -3,6 +3,8 @@
 
 #include <apps/align/pictures.h>
 
+#include "common/angles.h"
+
 #include <apps/drawing/scene_drawing.h>
 
 #include <array>
@@ -19,7 +21,7 @@ std::string
 subtitleAfter(const Report& report)
 {
   const Result& result = report.run.result;
-  const double angle = Eigen::AngleAxisd(result.T_target_source.linear()).angle() * 180 / M_PI;
+  const double angle = Eigen::AngleAxisd(result.T_target_source.linear()).angle() * kDegreesPerRadian;
   std::array<char, 200> text{};
   if (report.run.judged)
     std::snprintf(text.data(),

@@ -3,6 +3,8 @@
 
 #include <apps/drawing/chart.h>
 
+#include "common/angles.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -113,7 +115,7 @@ drawChartFrame(cairo_t* context,
   if (!y_label.empty()) {
     cairo_save(context);
     cairo_translate(context, chart.left - 48, chart.top + chart.height / 2);
-    cairo_rotate(context, -M_PI / 2);
+    cairo_rotate(context, -kPi / 2);
     drawAlignedText(context, 0, 0, y_label, kLabelSize, 0.5);
     cairo_restore(context);
   }

@@ -3,6 +3,8 @@
 
 #include <apps/drawing/drawing.h>
 
+#include "common/angles.h"
+
 #include <apps/io/io_error.h>
 
 #include <array>
@@ -104,7 +106,7 @@ void
 drawDot(cairo_t* context, double x, double y, double radius, const Colour& colour)
 {
   cairo_new_path(context); // text leaves a point behind
-  cairo_arc(context, x, y, radius, 0, 2 * M_PI);
+  cairo_arc(context, x, y, radius, 0, 2 * kPi);
   setColour(context, colour);
   cairo_fill_preserve(context);
   cairo_set_source_rgb(context, 1, 1, 1);

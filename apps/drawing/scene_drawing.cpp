@@ -3,6 +3,8 @@
 
 #include <apps/drawing/scene_drawing.h>
 
+#include "common/angles.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -109,7 +111,7 @@ straighten(const PicturePoints& thinned)
   double best = -1;
   double best_angle = 0;
   for (int step = 0; step < kSteps; ++step) {
-    const double angle = step * (M_PI / 2 / kSteps);
+    const double angle = step * (kPi / 2 / kSteps);
     const auto c = static_cast<float>(std::cos(angle));
     const auto s = static_cast<float>(std::sin(angle));
     std::vector<float> u;
@@ -132,7 +134,7 @@ straighten(const PicturePoints& thinned)
   for (const Eigen::Vector3f& point : thinned)
     rotated.push_back(R.cast<float>() * point);
   if (trimmedRange(coordinates(rotated, 1)).size() > 1.1 * trimmedRange(coordinates(rotated, 0)).size())
-    R = Eigen::AngleAxisd(-M_PI / 2, Eigen::Vector3d::UnitZ()).toRotationMatrix() * R;
+    R = Eigen::AngleAxisd(-kPi / 2, Eigen::Vector3d::UnitZ()).toRotationMatrix() * R;
   return R;
 }
 

@@ -3,6 +3,8 @@
 
 #include <apps/simulation/dataset_simulation.h>
 
+#include "common/angles.h"
+
 #include <pcl_ssfr/version.h>
 
 #include <apps/common/random_stream.h>
@@ -28,7 +30,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double kDegreesPerRadian = 57.29577951308232;
 constexpr double kSuccessRotation = 2;                  // of the description [deg]
 constexpr double kSuccessTranslation = 0.3;             // [m]
 constexpr std::uint64_t kFrameStream = 0x6672616d65ULL; // of the random frames, apart from all other streams
@@ -100,7 +101,7 @@ limitTurns(std::vector<Eigen::Isometry3d>& poses, double limit)
   for (std::size_t i = 0; i < poses.size(); ++i) {
     const Eigen::Matrix3d R = poses[i].linear();
     const double yaw = std::atan2(R(1, 0), R(0, 0));
-    heading = i == 0 ? yaw : heading + std::clamp(std::remainder(yaw - heading, 2 * M_PI), -limit, limit);
+    heading = i == 0 ? yaw : heading + std::clamp(std::remainder(yaw - heading, 2 * kPi), -limit, limit);
     poses[i].linear() = about_z(heading - yaw) * R;
   }
 }

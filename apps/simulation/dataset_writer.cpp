@@ -3,6 +3,8 @@
 
 #include <apps/simulation/dataset_writer.h>
 
+#include "common/angles.h"
+
 #include <apps/io/io_error.h>
 
 #include <csignal>
@@ -39,7 +41,6 @@ constexpr const char* kPairs = "pairs.csv";
 constexpr const char* kPoses = "poses.txt";
 constexpr const char* kDescription = "dataset.json";
 constexpr int kDigits = 17; // read back to the same bits
-constexpr double kDegreesPerRadian = 57.29577951308232;
 
 std::string
 systemMessage(int error)

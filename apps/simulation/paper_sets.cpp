@@ -3,6 +3,8 @@
 
 #include <apps/simulation/paper_sets.h>
 
+#include "common/angles.h"
+
 #include <apps/io/io_error.h>
 #include <apps/simulation/simulation_error.h>
 
@@ -13,7 +15,6 @@ namespace pcl_ssfr::simulation {
 
 namespace {
 
-constexpr double kRadiansPerDegree = 0.017453292519943295;
 constexpr int kReducedScans = 3;
 constexpr std::size_t kReducedPoints = 110000; // of 16 bytes each: under 2 MB with every scan's own deviation
 constexpr std::size_t kBasicModelPoints = 100000;
@@ -50,9 +51,9 @@ makeBasicModel(bool reduced)
   plan.points = reduced ? kBasicModelPoints / 2 : kBasicModelPoints;
   plan.noise = false;
   plan.motions = {{},
-                  {0.25, 4 * kRadiansPerDegree, 5 * kRadiansPerDegree, 0.02},
-                  {1, 20 * kRadiansPerDegree, 8 * kRadiansPerDegree, 0.1},
-                  {3, 75 * kRadiansPerDegree, 12 * kRadiansPerDegree, 0.25}};
+                  {0.25, 4 * kDegree, 5 * kDegree, 0.02},
+                  {1, 20 * kDegree, 8 * kDegree, 0.1},
+                  {3, 75 * kDegree, 12 * kDegree, 0.25}};
   plan.pairs = PairRule::OntoFirst;
   return set;
 }
@@ -86,8 +87,8 @@ makePaperSet(const std::string& name, bool reduced)
     plan.points = reduced ? std::min(entry->points, kReducedPoints) : entry->points;
     plan.trajectory.scans = reduced ? kReducedScans : entry->scans;
     plan.trajectory.step = entry->step;
-    plan.trajectory.turn = entry->turn * kRadiansPerDegree;
-    plan.turn_limit = entry->turn_limit * kRadiansPerDegree;
+    plan.trajectory.turn = entry->turn * kDegree;
+    plan.turn_limit = entry->turn_limit * kDegree;
   }
   set.plan.name = name + (reduced ? "_reduced" : "");
   set.plan.note = "simulated after Sanchez et al. 2017, " + set.description;

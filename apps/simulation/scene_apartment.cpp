@@ -2,6 +2,8 @@
 // Copyright (c) 2026, pcl_ssfr contributors
 
 #include <apps/simulation/scene_builder.h>
+
+#include "common/angles.h"
 #include <apps/simulation/scene_makers.h>
 
 namespace pcl_ssfr::simulation {
@@ -42,12 +44,12 @@ addChairs(SceneBuilder& builder, double width, double depth, const Rect& room, i
   const double yaw = builder.lastYaw();
   const double x = width / 4;
   const double y = depth / 2 + 0.28;
-  const std::vector<std::pair<Eigen::Vector3d, double>> places{{{x, y, 0}, parts::kPi},
+  const std::vector<std::pair<Eigen::Vector3d, double>> places{{{x, y, 0}, kPi},
                                                                {{-x, -y, 0}, 0},
-                                                               {{-x, y, 0}, parts::kPi},
+                                                               {{-x, y, 0}, kPi},
                                                                {{x, -y, 0}, 0},
-                                                               {{width / 2 + 0.28, 0, 0}, parts::kPi / 2},
-                                                               {{-width / 2 - 0.28, 0, 0}, -parts::kPi / 2}};
+                                                               {{width / 2 + 0.28, 0, 0}, kPi / 2},
+                                                               {{-width / 2 - 0.28, 0, 0}, -kPi / 2}};
   int chairs = 0;
   for (const auto& [place, turn] : places) {
     if (chairs >= most)
@@ -98,7 +100,7 @@ furnishStudy(SceneBuilder& b, const Rect& room)
   if (b.placeAtWall(parts::makeDesk(r), room, 0, b.chance(0.5) ? SceneBuilder::North : SceneBuilder::West)) {
     const Eigen::Isometry3d T = parts::standAt(b.lastFoot(), b.lastYaw());
     b.placeLoose(
-        parts::makeOfficeChair(r), T * Eigen::Vector3d(0, 0.78, 0), b.lastYaw() + parts::kPi + b.vary(-0.5, 0.5), room);
+        parts::makeOfficeChair(r), T * Eigen::Vector3d(0, 0.78, 0), b.lastYaw() + kPi + b.vary(-0.5, 0.5), room);
   }
   b.placeAtAnyWall(parts::makeShelf(r, b.vary(0.8, 1.2), b.vary(1.8, 2.2)), room, 0);
   b.placeAtAnyWall(parts::makeShelf(r, b.vary(0.6, 0.9), b.vary(0.8, 1.4)), room, 0);
@@ -232,7 +234,7 @@ makeApartment(std::uint64_t seed)
 
   const double middle = depth - stairs_width / 2 - 0.05;
   b.model().append(parts::makeStairs(stairs_width, kSteps, rise, tread, Stuff::Wood),
-                   parts::standAt({stairs_start, middle, 0}, -parts::kPi / 2));
+                   parts::standAt({stairs_start, middle, 0}, -kPi / 2));
   b.block({stairs_start - 0.6, depth - stairs_width - 0.1, width, depth}, 0, h);
   const double rail = depth - stairs_width - 0.03;
   parts::addPipe(b.model(),

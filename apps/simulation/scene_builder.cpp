@@ -3,6 +3,8 @@
 
 #include <apps/simulation/scene_builder.h>
 
+#include "common/angles.h"
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -11,7 +13,6 @@ namespace pcl_ssfr::simulation {
 
 namespace {
 
-using parts::kPi;
 using parts::Rect;
 
 constexpr double kPathClearance = 0.5;         // furniture keeps this distance from the path [m]

@@ -2,6 +2,8 @@
 // Copyright (c) 2026, pcl_ssfr contributors
 
 #include <apps/simulation/scene_makers.h>
+
+#include "common/angles.h"
 #include <apps/simulation/scene_outdoors.h>
 
 #include <cmath>
@@ -11,7 +13,6 @@ namespace pcl_ssfr::simulation {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-using parts::kPi;
 
 Scene
 makeCampus(std::uint64_t seed)

@@ -2,6 +2,8 @@
 // Copyright (c) 2026, pcl_ssfr contributors
 
 #include <apps/simulation/footprint.h>
+
+#include "common/angles.h"
 #include <apps/simulation/ray_caster.h>
 #include <apps/simulation/scene_builder.h>
 #include <apps/simulation/scene_makers.h>
@@ -15,7 +17,6 @@ namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-using parts::kPi;
 using parts::Stuff;
 
 constexpr int kSections = 300; // along the cave

@@ -14,7 +14,6 @@ using namespace rooms;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 using parts::Filling;
-using parts::kPi;
 using parts::Opening;
 using parts::Rect;
 using parts::Stuff;

@@ -11,7 +11,6 @@ using namespace rooms;
 
 using Eigen::Vector3d;
 using parts::Filling;
-using parts::kPi;
 using parts::Rect;
 using parts::Stuff;
 

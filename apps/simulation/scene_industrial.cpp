@@ -2,6 +2,8 @@
 // Copyright (c) 2026, pcl_ssfr contributors
 
 #include <apps/simulation/scene_makers.h>
+
+#include "common/angles.h"
 #include <apps/simulation/scene_outdoors.h>
 
 #include <cmath>
@@ -12,7 +14,6 @@ namespace pcl_ssfr::simulation {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 using parts::Filling;
-using parts::kPi;
 using parts::Opening;
 using parts::Rect;
 using parts::Stuff;

@@ -3,6 +3,8 @@
 
 #include <apps/simulation/scene_outdoors.h>
 
+#include "common/angles.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,7 +14,6 @@ namespace pcl_ssfr::simulation::outdoors {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 using parts::Filling;
-using parts::kPi;
 using parts::Opening;
 using parts::Rect;
 using parts::Stuff;

@@ -3,6 +3,8 @@
 
 #include <apps/simulation/scene_parts.h>
 
+#include "common/angles.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>

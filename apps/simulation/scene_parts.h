@@ -14,8 +14,6 @@
 /// What scenes are built of. Every part stands with its foot at the origin, its back towards -y, its front to +y.
 namespace pcl_ssfr::simulation::parts {
 
-constexpr double kPi = 3.141592653589793;
-
 /// What things are made of; reflectances at about 905 nm are rounded values of common materials.
 enum class Stuff {
   Plaster,

@@ -3,6 +3,8 @@
 
 #include <apps/simulation/scene_pictures.h>
 
+#include "common/angles.h"
+
 #include <apps/drawing/drawing.h>
 #include <apps/io/io_error.h>
 #include <apps/simulation/ray_caster.h>
@@ -99,7 +101,7 @@ public:
     const Eigen::Vector3d size = box.sizes();
     const bool along_x = size.x() >= size.y();
     const double slimness = along_x ? size.y() / size.x() : size.x() / size.y();
-    const double azimuth = (along_x ? -M_PI / 2 : 0) + kAside * std::min(1.0, 1.5 * slimness);
+    const double azimuth = (along_x ? -kPi / 2 : 0) + kAside * std::min(1.0, 1.5 * slimness);
     const Eigen::Vector3d away(
         std::cos(kElevation) * std::cos(azimuth), std::cos(kElevation) * std::sin(azimuth), std::sin(kElevation));
     axes_.col(2) = away;
@@ -376,7 +378,7 @@ drawScans(cairo_t* context, const Frame& frame, const Camera& camera, const std:
   // All rims first: close dots become a band.
   for (const auto& [radius, colour] : {std::pair(kRadius + 1.5, Colour{1, 1, 1}), std::pair(kRadius, kScanColour)})
     for (const Eigen::Vector2d& dot : dots) {
-      cairo_arc(context, dot.x(), dot.y(), radius, 0, 2 * M_PI);
+      cairo_arc(context, dot.x(), dot.y(), radius, 0, 2 * kPi);
       apps::setColour(context, colour);
       cairo_fill(context);
     }

@@ -2,6 +2,8 @@
 // Copyright (c) 2026, pcl_ssfr contributors
 
 #include <apps/simulation/scene_builder.h>
+
+#include "common/angles.h"
 #include <apps/simulation/scene_makers.h>
 
 /// A plant hall of equal bays.
@@ -10,7 +12,6 @@ namespace pcl_ssfr::simulation {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 using parts::Filling;
-using parts::kPi;
 using parts::Rect;
 using parts::Stuff;
 

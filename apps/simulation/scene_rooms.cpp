@@ -3,6 +3,8 @@
 
 #include <apps/simulation/scene_rooms.h>
 
+#include "common/angles.h"
+
 #include <algorithm>
 
 namespace pcl_ssfr::simulation::rooms {
@@ -10,7 +12,6 @@ namespace pcl_ssfr::simulation::rooms {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 using parts::Filling;
-using parts::kPi;
 using parts::Opening;
 using parts::Rect;
 using parts::Stuff;

@@ -2,6 +2,8 @@
 // Copyright (c) 2026, pcl_ssfr contributors
 
 #include <apps/simulation/scene_builder.h>
+
+#include "common/angles.h"
 #include <apps/simulation/scene_makers.h>
 #include <apps/simulation/scene_outdoors.h>
 
@@ -15,7 +17,6 @@ namespace {
 using Eigen::Vector3d;
 using outdoors::addStrip;
 using outdoors::makeHouse;
-using parts::kPi;
 using parts::Rect;
 using parts::Stuff;
 

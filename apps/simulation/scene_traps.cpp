@@ -2,6 +2,8 @@
 // Copyright (c) 2026, pcl_ssfr contributors
 
 #include <apps/simulation/scene_builder.h>
+
+#include "common/angles.h"
 #include <apps/simulation/scene_makers.h>
 
 #include <algorithm>
@@ -16,7 +18,6 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 using parts::Filling;
-using parts::kPi;
 using parts::Rect;
 using parts::Stuff;
 
@@ -171,7 +172,7 @@ avoidsRightAngles(const std::vector<HalfSpace>& body, double margin)
 std::vector<HalfSpace>
 drawSlantedRoom(RandomStream& random)
 {
-  constexpr double kMargin = 12 * kPi / 180;
+  constexpr double kMargin = 12 * kDegree;
   for (;;) {
     std::vector<HalfSpace> body{{-Vector3d::UnitZ(), 0}};
     const double start = random.uniform(0, kPi / 3);

@@ -2,6 +2,8 @@
 // Copyright (c) 2026, pcl_ssfr contributors
 
 #include <apps/simulation/scene_makers.h>
+
+#include "common/angles.h"
 #include <apps/simulation/scene_outdoors.h>
 
 #include <cmath>
@@ -10,7 +12,6 @@
 namespace pcl_ssfr::simulation {
 
 using Eigen::Vector3d;
-using parts::kPi;
 using parts::Rect;
 using parts::Stuff;
 

@@ -3,6 +3,8 @@
 
 #include <apps/simulation/scenes.h>
 
+#include "common/angles.h"
+
 #include <apps/common/random_stream.h>
 #include <apps/simulation/footprint.h>
 #include <apps/simulation/mesh_file.h>
@@ -24,8 +26,6 @@
 namespace pcl_ssfr::simulation {
 
 namespace {
-
-using parts::kPi;
 
 using Maker = Scene (*)(std::uint64_t seed, const SceneOptions& options);
 

@@ -3,13 +3,14 @@
 
 #include <apps/simulation/sensor_fields.h>
 
+#include "common/angles.h"
+
 #include <cmath>
 
 namespace pcl_ssfr::simulation {
 
 namespace {
 
-constexpr double kPi = 3.141592653589793;
 constexpr double kShortDegrees = 1e-10; // a number of degrees with so many decimals is tried first
 
 } // namespace
@@ -97,7 +98,7 @@ sensorNumbers()
 double
 toRadians(double degrees)
 {
-  return degrees * (kPi / 180);
+  return degrees * kDegree;
 }
 
 double

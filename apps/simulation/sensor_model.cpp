@@ -3,6 +3,8 @@
 
 #include <apps/simulation/sensor_model.h>
 
+#include "common/angles.h"
+
 #include <apps/simulation/sensor_fields.h>
 #include <apps/simulation/simulation_error.h>
 
@@ -17,7 +19,6 @@ namespace pcl_ssfr::simulation {
 
 namespace {
 
-constexpr double kPi = 3.141592653589793;
 constexpr double kTwoPi = 2 * kPi;
 constexpr double kFullTurn = kTwoPi - 1e-6;       // a span of this much closes the circle
 constexpr double kUnitTolerance = 1e-6;           // of axes

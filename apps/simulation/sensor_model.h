@@ -3,6 +3,8 @@
 
 #pragma once
 
+#include "common/angles.h"
+
 #include <Eigen/Core>
 
 #include <string>
@@ -32,7 +34,7 @@ struct BeamPattern {
   double line_max = 2;
   int line_count = 100;
   double turn_min = 0; ///< TurningLine: the unit's angle
-  double turn_max = 3.141592653589793;
+  double turn_max = kPi;
   int turn_count = 100;
   Eigen::Vector3d turn_axis = Eigen::Vector3d::UnitZ(); ///< of the unit, in the sensor frame, unit
   Eigen::Matrix3d plane_axes =

@@ -3,6 +3,8 @@
 
 #include <apps/simulation/simulate_options.h>
 
+#include "common/angles.h"
+
 #include <apps/common/command_line.h>
 #include <apps/io/io_error.h>
 #include <apps/io/text_scanner.h>
@@ -22,7 +24,6 @@ namespace po = boost::program_options;
 using apps::kHelpWidth;
 using apps::UsageError;
 
-constexpr double kDegreesPerRadian = 57.29577951308232;
 constexpr double kMostScans = 100000;
 constexpr double kMostBeams = 1e9;
 constexpr double kMostSeed = 9007199254740992.0; // 2^53

@@ -3,6 +3,8 @@
 
 #include <apps/simulation/simulation_report.h>
 
+#include "common/angles.h"
+
 #include <pcl_ssfr/version.h>
 
 #include <apps/common/format_text.h>
@@ -14,7 +16,6 @@ namespace pcl_ssfr::simulation {
 
 namespace {
 
-constexpr double kDegreesPerRadian = 57.29577951308232;
 constexpr double kBytesPerMegabyte = 1e6;
 
 /// Least and greatest of some values.

@@ -3,6 +3,8 @@
 
 #include <apps/simulation/surface_model.h>
 
+#include "common/angles.h"
+
 #include <apps/simulation/simulation_error.h>
 
 #include <cmath>
@@ -13,7 +15,6 @@ namespace pcl_ssfr::simulation {
 
 namespace {
 
-constexpr double kPi = 3.141592653589793;
 constexpr int kColumnSides = 32;
 constexpr double kUnitTolerance = 1e-6; // of a direction's length
 

@@ -3,6 +3,8 @@
 
 #include <apps/simulation/trajectory.h>
 
+#include "common/angles.h"
+
 #include <apps/common/random_stream.h>
 #include <apps/simulation/simulation_error.h>
 
@@ -19,7 +21,6 @@ namespace {
 
 using Poses = std::vector<Eigen::Isometry3d>;
 
-constexpr double kPi = 3.141592653589793;
 constexpr double kGolden = 0.6180339887498949; // its multiples spread evenly over [0, 1)
 
 constexpr double kHeadingWindow = 0.4; // the heading is that of the path so far before and behind [m]

@@ -3,6 +3,8 @@
 
 #include <apps/view/patch_drawing.h>
 
+#include "common/angles.h"
+
 #include <apps/drawing/chart.h>
 
 #include <algorithm>
@@ -64,7 +66,7 @@ makePatchShapes(const PatchScan& scan, const Eigen::Isometry3d& T_picture_patche
 Colour
 directionColour(const Eigen::Vector3d& normal)
 {
-  const Colour around = hueColour(std::atan2(normal.y(), normal.x()) / (2 * M_PI) + 1);
+  const Colour around = hueColour(std::atan2(normal.y(), normal.x()) / (2 * kPi) + 1);
   const double upright = std::clamp(1.4 * std::abs(normal.z()) - 0.35, 0.0, 1.0);
   return blend(around, normal.z() > 0 ? kUpColour : kDownColour, upright);
 }
@@ -140,8 +142,8 @@ drawDirectionKey(cairo_t* context, double x, double y, double radius)
   constexpr int kSectors = 48;
   constexpr double kHole = 0.5;
   for (int i = 0; i < kSectors; ++i) {
-    const double from = 2 * M_PI * i / kSectors;
-    const double to = 2 * M_PI * (i + 1.1) / kSectors;
+    const double from = 2 * kPi * i / kSectors;
+    const double to = 2 * kPi * (i + 1.1) / kSectors;
     cairo_new_path(context);
     cairo_arc_negative(context, x, y, radius, -from, -to);
     cairo_arc(context, x, y, kHole * radius, -to, -from);
@@ -153,9 +155,9 @@ drawDirectionKey(cairo_t* context, double x, double y, double radius)
   for (const bool up : {true, false}) {
     cairo_new_path(context);
     if (up)
-      cairo_arc(context, x, y, kHole * radius - 3, M_PI, 0);
+      cairo_arc(context, x, y, kHole * radius - 3, kPi, 0);
     else
-      cairo_arc(context, x, y, kHole * radius - 3, 0, M_PI);
+      cairo_arc(context, x, y, kHole * radius - 3, 0, kPi);
     cairo_close_path(context);
     setColour(context, up ? kUpColour : kDownColour);
     cairo_fill(context);

@@ -3,6 +3,7 @@
 
 #include <apps/view/sphere_drawing.h>
 
+#include "common/angles.h"
 #include "preparation/range_image.h"
 
 #include <pcl_ssfr/options.h>
@@ -115,7 +116,7 @@ drawCircleAround(
   const Eigen::Vector3d v = centre.cross(u);
   bool drawing = false;
   for (int i = 0; i <= kSteps; ++i) {
-    const double a = 2 * M_PI * i / kSteps;
+    const double a = 2 * kPi * i / kSteps;
     const Eigen::Vector3d d = std::cos(angle) * centre + std::sin(angle) * (std::cos(a) * u + std::sin(a) * v);
     if ((d.z() >= 0) != upper) {
       drawing = false;
@@ -187,7 +188,7 @@ drawSphere(cairo_surface_t* surface,
   cairo_set_line_width(context, 1);
   for (const double degrees : {30.0, 60.0, 90.0}) {
     cairo_new_path(context);
-    cairo_arc(context, x, y, radius * std::sqrt(1 - std::cos(degrees * M_PI / 180)), 0, 2 * M_PI);
+    cairo_arc(context, x, y, radius * std::sqrt(1 - std::cos(degrees * kDegree)), 0, 2 * kPi);
     setColour(context, degrees < 90 ? kGrid : kInk, degrees < 90 ? 1 : 0.7);
     cairo_stroke(context);
   }
@@ -213,7 +214,7 @@ drawSphereMark(cairo_t* context,
   const double py = y - radius * p.y();
   if (hollow) {
     cairo_new_path(context);
-    cairo_arc(context, px, py, 9, 0, 2 * M_PI);
+    cairo_arc(context, px, py, 9, 0, 2 * kPi);
     setColour(context, colour);
     cairo_set_line_width(context, 2);
     cairo_stroke(context);

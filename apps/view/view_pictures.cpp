@@ -3,6 +3,8 @@
 
 #include <apps/view/view_pictures.h>
 
+#include "common/angles.h"
+
 #include <apps/drawing/chart.h>
 #include <apps/view/patch_drawing.h>
 #include <apps/view/sphere_drawing.h>
@@ -619,7 +621,7 @@ private:
     drawText(context, kMargin + 44, baseline, "main normals", 15);
     for (const bool of_source : {false, true}) {
       cairo_new_path(context);
-      cairo_arc(context, kMargin + (of_source ? 202 : 178), baseline - 5, 9, 0, 2 * M_PI);
+      cairo_arc(context, kMargin + (of_source ? 202 : 178), baseline - 5, 9, 0, 2 * kPi);
       setColour(context, of_source ? kSourceColour : kTargetColour);
       cairo_set_line_width(context, 2);
       cairo_stroke(context);
@@ -676,7 +678,7 @@ private:
           nearest = j;
         }
       }
-      const double degrees = std::acos(std::clamp(best, -1.0, 1.0)) * 180 / M_PI;
+      const double degrees = std::acos(std::clamp(best, -1.0, 1.0)) * kDegreesPerRadian;
       constexpr double kNear = 8;
       drawAlignedText(context,
                       columns[3],

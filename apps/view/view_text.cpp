@@ -3,6 +3,8 @@
 
 #include <apps/view/view_text.h>
 
+#include "common/angles.h"
+
 #include <cmath>
 
 namespace pcl_ssfr {
@@ -27,7 +29,7 @@ describePose(const ViewedPose& pose)
   const Candidate& c = pose.candidate;
   std::string text =
       formatted("rotated by %.2f deg, moved by %.2f m; matched %.1f %%, contradicted %.2f %%, score %.3f",
-                Eigen::AngleAxisd(c.T_target_source.linear()).angle() * 180 / M_PI,
+                Eigen::AngleAxisd(c.T_target_source.linear()).angle() * kDegreesPerRadian,
                 c.T_target_source.translation().norm(),
                 100 * c.overlap,
                 100 * c.contradiction,

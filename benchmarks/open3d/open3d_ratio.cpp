@@ -4,6 +4,7 @@
 // Time of a whole registration against Open3D's two global registrations (FPFH with RANSAC, and Fast Global
 // Registration) on the same raw clouds, in the same run. See `open3d_ratio --help`.
 
+#include "common/angles.h"
 #include "timing.h"
 
 #include <pcl_ssfr/pipeline.h>
@@ -41,8 +42,6 @@ using benchmarks::medianCpuSeconds;
 using benchmarks::medianSeconds;
 namespace o3d = open3d::pipelines::registration;
 using O3dCloud = open3d::geometry::PointCloud;
-
-constexpr double kDegreesPerRadian = 57.29577951308232;
 
 // What Open3D's own example of global registration takes and what has no length.
 constexpr int kNormalNeighbours = 30;

@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include "common/angles.h"
 #include "pose_matchers.h"
 #include "scan_views.h"
 
@@ -21,8 +22,8 @@
 // Scans made on the fly by the simulator, with exact truth, for tests of whole registrations.
 namespace pcl_ssfr::testing {
 
-constexpr double kSolvedRotation = 2 * 3.14159265358979323846 / 180; ///< a pose is right within this [rad] ...
-constexpr double kSolvedTranslation = 0.3;                           ///< ... and this [m]
+constexpr double kSolvedRotation = 2 * kDegree; ///< a pose is right within this [rad] ...
+constexpr double kSolvedTranslation = 0.3;      ///< ... and this [m]
 
 /// The frames that scans are given in.
 enum class Frames {
