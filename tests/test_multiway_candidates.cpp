@@ -335,8 +335,11 @@ TEST(CandidatePairs, eachScanOfAPartIsTriedWithOthers)
   const std::vector<Eigen::VectorXf> own = job.scans.signatures;
   job.scans.signatures[39] += 0.1F * own[40];
   for (std::size_t i = 0; i < 36; ++i)
-    for (std::size_t k = 0; k < 5; ++k)
-      job.scans.signatures[i] += 0.3F * own[44 + (i + 7 * k) % 36];
+    for (std::size_t k = 0; k < 3; ++k)
+      job.scans.signatures[i] += own[44 + (i + 12 * k) % 36];
+  for (int i = 0; i < 79; ++i)
+    if (i != 39)
+      job.scans.wanted.insert({i, i + 1});
   ASSERT_TRUE(job.share(39, 40));
   EXPECT_EQ(Job::together(job.run()).count({39, 40}), 1U);
 }
