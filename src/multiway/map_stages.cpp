@@ -409,7 +409,8 @@ private:
     }
     AdjustmentConfig config = input_.options.adjustment;
     if (input_.is_large)
-      config.damping = config.damping_of_large;
+      config.damping =
+          std::min(config.damping, config.damping_of_row / std::pow(static_cast<double>(members.size()), 4));
     const EquationsFunction equations = [&](std::size_t k, const Eigen::Isometry3d& T) {
       return equationsAt(scan(taken[k].first), scan(taken[k].second), T, input_.options);
     };

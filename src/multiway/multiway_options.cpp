@@ -104,7 +104,7 @@ validate(const MultiwayOptions& options)
   requirePositive("adjustment.last_step", adjustment.last_step);
   requireShare("adjustment.least_matched", adjustment.least_matched);
   requirePositive("adjustment.damping", adjustment.damping);
-  requirePositive("adjustment.damping_of_large", adjustment.damping_of_large);
+  requirePositive("adjustment.damping_of_row", adjustment.damping_of_row);
   requirePositive("adjustment.noise_floor", adjustment.noise_floor);
 }
 
