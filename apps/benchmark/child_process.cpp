@@ -3,6 +3,8 @@
 
 #include <apps/benchmark/child_process.h>
 
+#include <apps/common/seconds_since.h>
+
 #include <array>
 #include <cerrno>
 #include <chrono>
@@ -33,12 +35,6 @@ constexpr int kPollMilliseconds = 20;
 constexpr double kCpuPollSeconds = 0.1; ///< between looks at the processor time
 constexpr int kMaxDepth = 100;          ///< of a tree of processes
 constexpr double kKibPerMib = 1024;
-
-double
-since(Clock::time_point start)
-{
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 /// A file descriptor that closes itself.
 class Descriptor {
@@ -224,7 +220,7 @@ public:
     drain(output_.read.get(), outcome_.output, kKeptOutput);
     drain(errors_.read.get(), outcome_.errors, kKeptErrors);
     kill(-process_, SIGKILL); // whatever it left behind
-    outcome_.seconds = since(began_);
+    outcome_.seconds = secondsSince(began_);
     // The kernel does not count the children of a killed child that nobody waited for.
     outcome_.cpu_seconds = std::max(outcome_.cpu_seconds, sampled_cpu_) - cpu_at_began_;
     // A child is born with the memory of its parent: where that is all that the kernel counted, its own was sampled.
@@ -325,14 +321,14 @@ private:
   {
     const bool loading = request_.loading_limit > 0 && !loaded_;
     const double limit = loading ? request_.loading_limit : request_.time_limit;
-    return limit > 0 && since(began_) > limit;
+    return limit > 0 && secondsSince(began_) > limit;
   }
 
   /// Whether its processor time is spent; looked up now and then only.
   bool
   hasUsedUp()
   {
-    if (since(cpu_looked_) < kCpuPollSeconds)
+    if (secondsSince(cpu_looked_) < kCpuPollSeconds)
       return false;
     cpu_looked_ = Clock::now();
     sampled_cpu_ = std::max(sampled_cpu_, cpuSecondsOf(process_));
@@ -367,7 +363,7 @@ private:
     outcome_.end = why;
     kill(-process_, SIGTERM);
     const auto asked = Clock::now();
-    while (!ended_ && since(asked) < request_.grace) {
+    while (!ended_ && secondsSince(asked) < request_.grace) {
       exchange();
       reap(WNOHANG);
     }

@@ -3,6 +3,8 @@
 
 #include <apps/benchmark/progress.h>
 
+#include <apps/common/seconds_since.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -32,12 +34,6 @@ duration(double seconds)
   return text;
 }
 
-double
-since(Clock::time_point start)
-{
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
 } // namespace
 
 Progress::Progress(std::size_t total, std::size_t kept)
@@ -55,28 +51,28 @@ Progress::add(const ResultRow& row)
   char error[80] = "no pose";
   if (row.T_target_source)
     std::snprintf(error, sizeof(error), "%.3f deg, %.3f m", row.rotation_error_deg, row.translation_error_m);
-  std::fprintf(stderr,
-               "%zu/%zu %s %s->%s%s%s %s: %s, %s, %s, %.2f s; %s left\n",
-               done_,
-               total_,
-               row.dataset.c_str(),
-               row.source.c_str(),
-               row.target.c_str(),
-               describeVariation(row.variation) == "as it is" ? "" : " ",
-               describeVariation(row.variation) == "as it is" ? ""
-                                                              : ("(" + describeVariation(row.variation) + ")").c_str(),
-               row.method.c_str(),
-               row.success ? "right" : "wrong",
-               row.status.c_str(),
-               error,
-               row.time_s,
-               duration(since(start_) / static_cast<double>(done_) * static_cast<double>(total_ - done_)).c_str());
+  std::fprintf(
+      stderr,
+      "%zu/%zu %s %s->%s%s%s %s: %s, %s, %s, %.2f s; %s left\n",
+      done_,
+      total_,
+      row.dataset.c_str(),
+      row.source.c_str(),
+      row.target.c_str(),
+      describeVariation(row.variation) == "as it is" ? "" : " ",
+      describeVariation(row.variation) == "as it is" ? "" : ("(" + describeVariation(row.variation) + ")").c_str(),
+      row.method.c_str(),
+      row.success ? "right" : "wrong",
+      row.status.c_str(),
+      error,
+      row.time_s,
+      duration(secondsSince(start_) / static_cast<double>(done_) * static_cast<double>(total_ - done_)).c_str());
 }
 
 void
 Progress::tick()
 {
-  if (terminal_ && since(shown_) > kRefresh)
+  if (terminal_ && secondsSince(shown_) > kRefresh)
     show();
 }
 
@@ -84,7 +80,7 @@ void
 Progress::show()
 {
   shown_ = Clock::now();
-  const double seconds = since(start_);
+  const double seconds = secondsSince(start_);
   const double rate = static_cast<double>(done_) / std::max(seconds, 1e-9);
   std::fprintf(stderr,
                "\r%zu/%zu (%.0f %%), %.2f a second, %s left\033[K",

@@ -8,6 +8,7 @@
 
 #include <pcl_ssfr/multiway/multiway_registration.h>
 
+#include <apps/common/seconds_since.h>
 #include <apps/io/file_bytes.h>
 #include <apps/io/loaded_cloud.h>
 #include <apps/map/control_points.h>
@@ -114,7 +115,7 @@ public:
     if (const std::string other = writeAllClouds(map); problem.empty())
       problem = other;
     output.peak_rss_mib = peakRssMib();
-    output.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    output.seconds = secondsSince(start);
     write(output);
     if (!problem.empty())
       throw io::IoError(problem);

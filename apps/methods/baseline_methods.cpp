@@ -64,13 +64,13 @@ makeGoIcp(const MethodInput& input)
   return method;
 }
 
-std::optional<OwnVerdict>
-verdictOf(const MethodRegistration& registration)
+std::optional<OwnAnswer>
+ownAnswerOf(const MethodRegistration& registration)
 {
   const auto* baseline = dynamic_cast<const Baseline*>(&registration);
   if (!baseline)
     return std::nullopt;
-  return OwnVerdict{baseline->getResult().T_target_source, baseline->getMessage()};
+  return OwnAnswer{baseline->getResult().T_target_source, baseline->getMessage()};
 }
 
 } // namespace apps

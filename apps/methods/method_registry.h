@@ -88,14 +88,14 @@ MethodRegistration::Ptr
 makeRegistration(const std::string& name, const MethodInput& input);
 
 /// What a class that says more than PCL's interface can carry thinks of its answer.
-struct OwnVerdict {
+struct OwnAnswer {
   Eigen::Isometry3d T_target_source; ///< best pose, accepted or not
   std::string message;
 };
 
-/// The verdict of the last align(); nothing for PCL's own classes.
-std::optional<OwnVerdict>
-verdictOf(const MethodRegistration& registration);
+/// What it thinks of the answer of the last align(); nothing for PCL's own classes.
+std::optional<OwnAnswer>
+ownAnswerOf(const MethodRegistration& registration);
 
 } // namespace apps
 } // namespace pcl_ssfr

@@ -9,6 +9,7 @@
 #include <pcl_ssfr/pipeline.h>
 #include <pcl_ssfr/scan_view.h>
 
+#include <apps/common/seconds_since.h>
 #include <apps/methods/cloud_view.h>
 #include <apps/methods/file_frames.h>
 #include <apps/methods/planar_points.h>
@@ -34,12 +35,6 @@ using Cloud = MethodCloud;
 
 constexpr std::size_t kMinPoints = 40; ///< fewer make GICP and the normals fail
 constexpr float kUnitTolerance = 0.1F; ///< of the length of a usable normal
-
-double
-secondsSince(std::chrono::steady_clock::time_point start)
-{
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
 
 /// What ssfr found, in file coordinates, and what it takes to score other poses.
 struct SsfrRun {
@@ -217,10 +212,10 @@ judge(MethodRegistration& registration, const MethodInput& input, const Eigen::I
   result.status = registration.hasConverged() && finite ? Status::Converged : Status::NoCandidate;
   result.message = result.accepted() ? "the method stopped; that alone does not mean that the pose is right"
                                      : "the method did not converge";
-  if (const auto verdict = verdictOf(registration)) {
-    result.message = verdict->message;
-    if (!result.accepted() && verdict->T_target_source.matrix().allFinite())
-      result.T_target_source = verdict->T_target_source;
+  if (const auto own = ownAnswerOf(registration)) {
+    result.message = own->message;
+    if (!result.accepted() && own->T_target_source.matrix().allFinite())
+      result.T_target_source = own->T_target_source;
   }
   const Overlap overlap = computeOverlap(pointsOf(*input.source),
                                          NeighborIndex(pointsOf(*input.target)),

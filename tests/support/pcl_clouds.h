@@ -53,19 +53,19 @@ struct ScanPair {
 };
 
 /// Two scans of one furnished apartment. A small motion is one that ICP follows; the other is 100 degrees and 2 m.
+/// \p step between two rays [rad]: at 1.5 degrees each has about 23,000 points
 template <typename PointT>
 ScanPair<PointT>
-makeRoomPair(bool small_motion)
+makeRoomPair(bool small_motion, double step = 0.0262)
 {
-  constexpr double kStep = 0.0262; // 1.5 degrees: about 23,000 points
   const Scene scene = makeFurnishedRoom(1);
   const Eigen::Isometry3d T_world_target = sensorPose(scene.stations.at(0), 0.1);
   const Eigen::Isometry3d T_world_source =
       small_motion ? sensorPose(scene.stations.at(0) + Eigen::Vector3d(0.1, -0.06, 0.02), 0.14, 0.02)
                    : sensorPose(scene.stations.at(1), 1.85, 0.2);
   ScanPair<PointT> pair;
-  pair.target = toCloud<PointT>(castScanWithNormals(scene, T_world_target, roomScanner(kStep), 11));
-  pair.source = toCloud<PointT>(castScanWithNormals(scene, T_world_source, roomScanner(kStep), 12));
+  pair.target = toCloud<PointT>(castScanWithNormals(scene, T_world_target, roomScanner(step), 11));
+  pair.source = toCloud<PointT>(castScanWithNormals(scene, T_world_source, roomScanner(step), 12));
   pair.T_target_source = relativePose(T_world_target, T_world_source);
   return pair;
 }
