@@ -14,6 +14,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace pcl_ssfr {
 namespace apps {
@@ -41,6 +42,15 @@ nearestRotation(const std::vector<RotationCandidate>& rotations, const Eigen::Ma
       rotations.begin(), rotations.end(), [&R](const RotationCandidate& a, const RotationCandidate& b) {
         return angleBetween(a.R_target_source, R) < angleBetween(b.R_target_source, R);
       });
+}
+
+/// Whether a pose is near enough to the truth to be refined to it; a rotation that is a little off shifts the middle of
+/// the source: what counts is where the sensor, at \p place, comes to lie.
+bool
+isNear(const Eigen::Isometry3d& T, const Eigen::Isometry3d& truth, const Eigen::Vector3d& place, double scale)
+{
+  return angleBetween(T.linear(), truth.linear()) < kRotationFound &&
+         (T * place - truth * place).norm() < 2 * kShiftFound * scale;
 }
 
 /// One sample of some.
@@ -417,133 +427,154 @@ ViewModel::selectionStep() const
   return step;
 }
 
-std::vector<LossStep>
-ViewModel::findPatchLoss() const
+LossStep
+ViewModel::shiftStep(const ViewedPass& search, const Eigen::Matrix3d& R, const Eigen::Vector3d& axis, int tried) const
 {
-  std::vector<LossStep> steps;
+  const AxisCorrelation along =
+      correlateAlongAxis(source_.patches.samples, target_.patches.samples, R.transpose() * axis, axis, search.options);
+  const std::vector<ShiftPeak> all =
+      findPeaks(along.sum, searchPeakOptions(search.options, std::numeric_limits<int>::max()));
+  const Eigen::Vector3d place = source_.viewpoint;
+  const double wanted = axis.dot(toPatches(*run_.truth) * place - R * place);
+  const double near = kShiftFound * std::max(source_.scale, target_.scale);
+  std::size_t rank = 0;
+  while (rank < all.size() && std::abs(all[rank].shift - wanted) > near)
+    ++rank;
+  LossStep shift;
+  shift.passed = static_cast<int>(rank) < tried && rank < all.size();
+  shift.finding = rank < all.size()
+                      ? format("the true shift %.2f m is near peak %zu of %zu (at %.2f m); the first %d are tried",
+                               wanted,
+                               rank + 1,
+                               all.size(),
+                               all[rank].shift,
+                               tried)
+                      : format("none of the %zu peaks is near the true shift %.2f m", all.size(), wanted);
+  return shift;
+}
+
+LossStep
+ViewModel::voteStep(const ViewedPass& search, const Eigen::Matrix3d& R) const
+{
   const Eigen::Isometry3d truth = toPatches(*run_.truth);
   const double scale = std::max(source_.scale, target_.scale);
-  const std::size_t passes = passes_.size();
-  for (std::size_t e = 0; e < passes; ++e) {
-    const ViewedPass& search = passes_[e];
-    const std::string suffix = passes > 1 ? ", pass " + std::to_string(e + 1) : "";
-
-    LossStep rotation{"rotation" + suffix, false, "no rotation was proposed"};
-    const auto nearest = nearestRotation(search.rotations, truth.linear());
-    if (nearest != search.rotations.end()) {
-      const double degrees = angleBetween(nearest->R_target_source, truth.linear());
-      rotation.passed = degrees < kRotationFound;
-      rotation.finding = format("the nearest of %zu rotations is number %zu, %.2f deg from the truth",
-                                search.rotations.size(),
-                                static_cast<std::size_t>(nearest - search.rotations.begin()) + 1,
-                                degrees);
-    }
-    steps.push_back(rotation);
-    if (!rotation.passed)
-      continue;
-
-    const Eigen::Matrix3d& R = nearest->R_target_source;
-    const Eigen::Matrix3d axes = chooseSearchAxes(
-        source_.patches.samples, target_.patches.samples, search.target_normals, R, search.options.config.parallel_cos);
-    // A rotation that is a little off shifts the middle of the source: what counts is where the sensor comes to lie.
-    const Eigen::Vector3d place = source_.viewpoint;
-    const Eigen::Vector3d t = truth * place - R * place;
-    for (int k = 0; k < 2; ++k) {
-      const Eigen::Vector3d axis = axes.col(k);
-      const AxisCorrelation along = correlateAlongAxis(
-          source_.patches.samples, target_.patches.samples, R.transpose() * axis, axis, search.options);
-      const std::vector<ShiftPeak> all =
-          findPeaks(along.sum, searchPeakOptions(search.options, std::numeric_limits<int>::max()));
-      const int tried = k == 0 ? search.options.pass.peaks_first : search.options.pass.peaks_second;
-      const double wanted = axis.dot(t);
-      std::size_t rank = 0;
-      while (rank < all.size() && std::abs(all[rank].shift - wanted) > kShiftFound * scale)
-        ++rank;
-      LossStep shift{"shift along axis " + std::to_string(k + 1) + suffix, false, ""};
-      shift.passed = static_cast<int>(rank) < tried && rank < all.size();
-      shift.finding = rank < all.size()
-                          ? format("the true shift %.2f m is near peak %zu of %zu (at %.2f m); the first %d are tried",
-                                   wanted,
-                                   rank + 1,
-                                   all.size(),
-                                   all[rank].shift,
-                                   tried)
-                          : format("none of the %zu peaks is near the true shift %.2f m", all.size(), wanted);
-      steps.push_back(shift);
-    }
-
-    LossStep vote{"votes" + suffix, false, ""};
-    const auto isTrue = [&](const PoseHypothesis& pose) {
-      return angleBetween(pose.T_target_source.linear(), truth.linear()) < kRotationFound &&
-             (pose.T_target_source * place - truth * place).norm() < 2 * kShiftFound * scale;
-    };
-    const auto found = std::find_if(search.poses.begin(), search.poses.end(), isTrue);
-    if (found != search.poses.end()) {
-      const auto rank = static_cast<std::size_t>(found - search.poses.begin());
-      vote.passed = rank < search.refined;
-      vote.finding = format("a pose near the truth is number %zu of %zu by votes (%.3f, the first has %.3f); the first "
-                            "%zu are refined",
-                            rank + 1,
-                            search.poses.size(),
-                            found->score,
-                            search.poses.front().score,
-                            search.refined);
-    }
-    else {
-      // Where would it have come under its own rotation, had more poses been kept?
-      PoseSearchOptions all = search.options;
-      all.pass.refined = std::numeric_limits<int>::max();
-      const std::vector<PoseHypothesis> under = searchTranslations(source_.patches.samples,
-                                                                   source_.votes,
-                                                                   target_.patches.samples,
-                                                                   search.target_normals,
-                                                                   target_.index,
-                                                                   target_.freeSpace(),
-                                                                   R,
-                                                                   all);
-      const auto own = std::find_if(under.begin(), under.end(), isTrue);
-      vote.finding = format("none of the %zu poses found is near the truth; ", search.poses.size());
-      vote.finding +=
-          own == under.end()
-              ? format("nor is any of all %zu under its rotation", under.size())
-              : format("under its rotation it is number %zu of %zu by votes (%.3f, the first has %.3f), and "
-                       "%d are kept",
-                       static_cast<std::size_t>(own - under.begin()) + 1,
-                       under.size(),
-                       own->score,
-                       under.front().score,
-                       search.options.pass.refined);
-    }
-    steps.push_back(vote);
+  const auto isTrue = [&](const PoseHypothesis& pose) {
+    return isNear(pose.T_target_source, truth, source_.viewpoint, scale);
+  };
+  LossStep vote;
+  const auto found = std::find_if(search.poses.begin(), search.poses.end(), isTrue);
+  if (found != search.poses.end()) {
+    const auto rank = static_cast<std::size_t>(found - search.poses.begin());
+    vote.passed = rank < search.refined;
+    vote.finding = format("a pose near the truth is number %zu of %zu by votes (%.3f, the first has %.3f); the first "
+                          "%zu are refined",
+                          rank + 1,
+                          search.poses.size(),
+                          found->score,
+                          search.poses.front().score,
+                          search.refined);
+    return vote;
   }
-  if (!plan_poses_.empty()) {
-    LossStep plan{"plan views", false, format("none of the %zu poses found is near the truth", plan_poses_.size())};
-    const auto found = std::find_if(plan_poses_.begin(), plan_poses_.end(), [&](const auto& pose) {
-      return angleBetween(pose.first.linear(), truth.linear()) < kRotationFound &&
-             (pose.first * source_.viewpoint - truth * source_.viewpoint).norm() < 2 * kShiftFound * scale;
-    });
-    if (found != plan_poses_.end()) {
-      plan.passed = found->second;
-      plan.finding = format("a pose near the truth is number %zu of %zu by votes, which is%s refined",
-                            static_cast<std::size_t>(found - plan_poses_.begin()) + 1,
-                            plan_poses_.size(),
-                            found->second ? "" : " not");
-    }
-    steps.push_back(plan);
+  // Where would it have come under its own rotation, had more poses been kept?
+  PoseSearchOptions all = search.options;
+  all.pass.refined = std::numeric_limits<int>::max();
+  const std::vector<PoseHypothesis> under = searchTranslations(source_.patches.samples,
+                                                               source_.votes,
+                                                               target_.patches.samples,
+                                                               search.target_normals,
+                                                               target_.index,
+                                                               target_.freeSpace(),
+                                                               R,
+                                                               all);
+  const auto own = std::find_if(under.begin(), under.end(), isTrue);
+  vote.finding = format("none of the %zu poses found is near the truth; ", search.poses.size());
+  vote.finding += own == under.end()
+                      ? format("nor is any of all %zu under its rotation", under.size())
+                      : format("under its rotation it is number %zu of %zu by votes (%.3f, the first has %.3f), and "
+                               "%d are kept",
+                               static_cast<std::size_t>(own - under.begin()) + 1,
+                               under.size(),
+                               own->score,
+                               under.front().score,
+                               search.options.pass.refined);
+  return vote;
+}
+
+std::vector<LossStep>
+ViewModel::passSteps(const ViewedPass& search, const std::string& suffix) const
+{
+  const Eigen::Isometry3d truth = toPatches(*run_.truth);
+  LossStep rotation{"rotation" + suffix, false, "no rotation was proposed"};
+  const auto nearest = nearestRotation(search.rotations, truth.linear());
+  if (nearest != search.rotations.end()) {
+    const double degrees = angleBetween(nearest->R_target_source, truth.linear());
+    rotation.passed = degrees < kRotationFound;
+    rotation.finding = format("the nearest of %zu rotations is number %zu, %.2f deg from the truth",
+                              search.rotations.size(),
+                              static_cast<std::size_t>(nearest - search.rotations.begin()) + 1,
+                              degrees);
   }
-  LossStep refinement;
-  refinement.stage = "refinement";
+  std::vector<LossStep> steps = {rotation};
+  if (!rotation.passed)
+    return steps;
+  const Eigen::Matrix3d& R = nearest->R_target_source;
+  const Eigen::Matrix3d axes = chooseSearchAxes(
+      source_.patches.samples, target_.patches.samples, search.target_normals, R, search.options.config.parallel_cos);
+  for (int k = 0; k < 2; ++k) {
+    const int tried = k == 0 ? search.options.pass.peaks_first : search.options.pass.peaks_second;
+    steps.push_back(shiftStep(search, R, axes.col(k), tried));
+    steps.back().stage = "shift along axis " + std::to_string(k + 1) + suffix;
+  }
+  steps.push_back(voteStep(search, R));
+  steps.back().stage = "votes" + suffix;
+  return steps;
+}
+
+LossStep
+ViewModel::planStep() const
+{
+  const Eigen::Isometry3d truth = toPatches(*run_.truth);
+  const double scale = std::max(source_.scale, target_.scale);
+  LossStep plan{"plan views", false, format("none of the %zu poses found is near the truth", plan_poses_.size())};
+  const auto found = std::find_if(plan_poses_.begin(), plan_poses_.end(), [&](const auto& pose) {
+    return isNear(pose.first, truth, source_.viewpoint, scale);
+  });
+  if (found != plan_poses_.end()) {
+    plan.passed = found->second;
+    plan.finding = format("a pose near the truth is number %zu of %zu by votes, which is%s refined",
+                          static_cast<std::size_t>(found - plan_poses_.begin()) + 1,
+                          plan_poses_.size(),
+                          found->second ? "" : " not");
+  }
+  return plan;
+}
+
+LossStep
+ViewModel::refinementStep() const
+{
   const Candidate refined = scoredPose(source_, target_, toClouds(*run_.truth), options_, true);
   const PoseError moved = poseError(Eigen::Translation3d(run_.target.offset) * refined.T_target_source *
                                         Eigen::Translation3d(-run_.source.offset),
                                     *run_.truth,
                                     run_.reference);
-  refinement.passed = isWithin(moved, run_.bound);
-  refinement.finding = format("started at the truth it ends %.2f deg and %.3f m away, with score %.3f",
-                              moved.rotation_deg,
-                              moved.translation_m,
-                              refined.score);
-  steps.push_back(refinement);
+  return {"refinement",
+          isWithin(moved, run_.bound),
+          format("started at the truth it ends %.2f deg and %.3f m away, with score %.3f",
+                 moved.rotation_deg,
+                 moved.translation_m,
+                 refined.score)};
+}
+
+std::vector<LossStep>
+ViewModel::findPatchLoss() const
+{
+  std::vector<LossStep> steps;
+  for (std::size_t e = 0; e < passes_.size(); ++e)
+    for (LossStep& step : passSteps(passes_[e], passes_.size() > 1 ? ", pass " + std::to_string(e + 1) : ""))
+      steps.push_back(std::move(step));
+  if (!plan_poses_.empty())
+    steps.push_back(planStep());
+  steps.push_back(refinementStep());
   steps.push_back(selectionStep());
   return steps;
 }

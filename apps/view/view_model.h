@@ -215,6 +215,17 @@ private:
   scoresAlong(const Eigen::Isometry3d& T_patches, const Eigen::Vector3d& axis) const;
   std::vector<LossStep>
   findPatchLoss() const;
+  /// Whether a pass proposed the true rotation, the true shifts under it, and a pose near the truth.
+  std::vector<LossStep>
+  passSteps(const ViewedPass& search, const std::string& suffix) const;
+  LossStep
+  shiftStep(const ViewedPass& search, const Eigen::Matrix3d& R, const Eigen::Vector3d& axis, int tried) const;
+  LossStep
+  voteStep(const ViewedPass& search, const Eigen::Matrix3d& R) const;
+  LossStep
+  planStep() const;
+  LossStep
+  refinementStep() const;
   std::vector<LossStep>
   findPaperLoss() const;
   LossStep

@@ -215,6 +215,119 @@ damp(Sparse& m, double share)
     m.coeffRef(i, i) += share * m.coeff(i, i) + 1e-9;
 }
 
+/// The equations of all pairs at the poses.
+std::vector<MapEquations>
+linearise(const std::vector<Eigen::Isometry3d>& poses,
+          const std::vector<std::pair<int, int>>& pairs,
+          const EquationsFunction& equations,
+          int threads)
+{
+  std::vector<MapEquations> found(pairs.size());
+  forEachInParallel(static_cast<std::int64_t>(pairs.size()), 1, threads, [&](std::int64_t index) {
+    const auto k = static_cast<std::size_t>(index);
+    const Eigen::Isometry3d& T_source = poses[static_cast<std::size_t>(pairs[k].first)];
+    const Eigen::Isometry3d& T_target = poses[static_cast<std::size_t>(pairs[k].second)];
+    const SurfaceEquations e = equations(k, T_target.inverse() * T_source);
+    const Matrix6 a = motionInto(T_target);
+    const auto inMap = [&](const Matrix6& m) { return Matrix6(a.transpose() * m * a); };
+    found[k] = {inMap(e.hessian), inMap(e.curvature), a.transpose() * e.gradient, e.weight, e.squares};
+  });
+  return found;
+}
+
+/// Root mean square of the plane distances [m].
+double
+rmsOf(const std::vector<MapEquations>& found)
+{
+  double weight = 0, squares = 0;
+  for (const MapEquations& e : found) {
+    weight += e.weight;
+    squares += e.squares;
+  }
+  return weight > 0 ? std::sqrt(squares / weight) : 0.0;
+}
+
+/// The step of Gauss and Newton, six numbers for each scan that is not fixed; empty: there is none.
+Eigen::VectorXd
+solveStep(const std::vector<MapEquations>& found,
+          const std::vector<std::pair<int, int>>& pairs,
+          Network network,
+          double damping)
+{
+  Eigen::VectorXd gradient = Eigen::VectorXd::Zero(network.unknowns());
+  for (std::size_t k = 0; k < pairs.size(); ++k) {
+    network.add(pairs[k].first, pairs[k].second, found[k].hessian);
+    const int s = network.column(static_cast<std::size_t>(pairs[k].first));
+    const int t = network.column(static_cast<std::size_t>(pairs[k].second));
+    if (s >= 0)
+      gradient.segment<6>(s) += found[k].gradient;
+    if (t >= 0)
+      gradient.segment<6>(t) -= found[k].gradient;
+  }
+  Sparse hessian = network.matrix();
+  damp(hessian, damping);
+  const Eigen::SimplicialLDLT<Sparse> solver(hessian);
+  if (solver.info() != Eigen::Success)
+    return {};
+  const Eigen::VectorXd step = -solver.solve(gradient);
+  return step.allFinite() ? step : Eigen::VectorXd();
+}
+
+/// Move the scans by a step. Returns the largest motion, of rotations [rad] or of places [m].
+double
+move(std::vector<Eigen::Isometry3d>& poses,
+     const Eigen::VectorXd& step,
+     const Network& network,
+     const std::vector<Eigen::Vector3d>& places)
+{
+  double moved = 0;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const int column = network.column(i);
+    if (column < 0)
+      continue;
+    const Eigen::Isometry3d before = poses[i];
+    poses[i] = expSe3(step.segment<6>(column)) * poses[i];
+    poses[i].linear() = Eigen::Quaterniond(poses[i].linear()).normalized().toRotationMatrix();
+    moved = std::max({moved, step.segment<3>(column).norm(), (poses[i] * places[i] - before * places[i]).norm()});
+  }
+  return moved;
+}
+
+/// Covariance of each scan's pose about its own place, A^-1 B A^-1 of the network; zero of fixed ones.
+std::vector<Matrix6>
+covariancesOf(const std::vector<Eigen::Isometry3d>& poses,
+              const std::vector<std::pair<int, int>>& pairs,
+              const std::vector<MapEquations>& found,
+              Network network,
+              const std::vector<Eigen::Vector3d>& places,
+              const PatchGradientsFunction& patches,
+              const AdjustmentConfig& config,
+              int threads)
+{
+  std::vector<Matrix6> covariances(poses.size(), Matrix6::Zero());
+  for (std::size_t k = 0; k < pairs.size(); ++k)
+    network.add(pairs[k].first, pairs[k].second, found[k].curvature);
+  Sparse a = network.matrix();
+  const Sparse b = networkScatter(poses, pairs, network, patches, config, threads);
+  damp(a, config.damping);
+  const Eigen::SimplicialLDLT<Sparse> solver(a);
+  if (network.unknowns() == 0 || solver.info() != Eigen::Success)
+    return covariances;
+  forEachInParallel(static_cast<std::int64_t>(poses.size()), 1, threads, [&](std::int64_t index) {
+    const auto i = static_cast<std::size_t>(index);
+    const int column = network.column(i);
+    if (column < 0)
+      return;
+    Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(network.unknowns(), 6);
+    unit.middleRows<6>(column).setIdentity();
+    const Eigen::MatrixXd x = solver.solve(unit);
+    const Matrix6 covariance = x.transpose() * (b * x);
+    const Matrix6 m = motionInto(Eigen::Isometry3d(Eigen::Translation3d(poses[i] * places[i])));
+    covariances[i] = m * covariance * m.transpose();
+  });
+  return covariances;
+}
+
 } // namespace
 
 JointAdjustment
@@ -228,91 +341,20 @@ adjustJointly(std::vector<Eigen::Isometry3d> poses,
               int threads)
 {
   JointAdjustment result;
-  const std::size_t n = poses.size();
-  result.covariances.assign(n, Matrix6::Zero());
-  std::vector<MapEquations> found(pairs.size());
-  const auto linearise = [&] {
-    forEachInParallel(static_cast<std::int64_t>(pairs.size()), 1, threads, [&](std::int64_t index) {
-      const auto k = static_cast<std::size_t>(index);
-      const Eigen::Isometry3d& T_source = poses[static_cast<std::size_t>(pairs[k].first)];
-      const Eigen::Isometry3d& T_target = poses[static_cast<std::size_t>(pairs[k].second)];
-      const SurfaceEquations e = equations(k, T_target.inverse() * T_source);
-      const Matrix6 a = motionInto(T_target);
-      const auto inMap = [&](const Matrix6& m) { return Matrix6(a.transpose() * m * a); };
-      found[k] = {inMap(e.hessian), inMap(e.curvature), a.transpose() * e.gradient, e.weight, e.squares};
-    });
-  };
-  const auto rms = [&] {
-    double weight = 0, squares = 0;
-    for (const MapEquations& e : found) {
-      weight += e.weight;
-      squares += e.squares;
-    }
-    return weight > 0 ? std::sqrt(squares / weight) : 0.0;
-  };
-
-  for (result.rounds = 0; result.rounds < config.rounds; ++result.rounds) {
-    linearise();
-    if (result.rounds == 0)
-      result.rms_before = rms();
-    Network network(n, fixed);
-    if (network.unknowns() == 0)
+  const Network network(poses.size(), fixed);
+  std::vector<MapEquations> found = linearise(poses, pairs, equations, threads);
+  result.rms_before = rmsOf(found);
+  for (; result.rounds < config.rounds && network.unknowns() > 0; ++result.rounds) {
+    const Eigen::VectorXd step = solveStep(found, pairs, network, config.damping);
+    if (step.size() == 0)
       break;
-    Eigen::VectorXd gradient = Eigen::VectorXd::Zero(network.unknowns());
-    for (std::size_t k = 0; k < pairs.size(); ++k) {
-      network.add(pairs[k].first, pairs[k].second, found[k].hessian);
-      const int s = network.column(static_cast<std::size_t>(pairs[k].first));
-      const int t = network.column(static_cast<std::size_t>(pairs[k].second));
-      if (s >= 0)
-        gradient.segment<6>(s) += found[k].gradient;
-      if (t >= 0)
-        gradient.segment<6>(t) -= found[k].gradient;
-    }
-    Sparse hessian = network.matrix();
-    damp(hessian, config.damping);
-    const Eigen::SimplicialLDLT<Sparse> solver(hessian);
-    if (solver.info() != Eigen::Success)
-      break;
-    const Eigen::VectorXd step = -solver.solve(gradient);
-    if (!step.allFinite())
-      break;
-    double moved = 0;
-    for (std::size_t i = 0; i < n; ++i) {
-      const int column = network.column(i);
-      if (column < 0)
-        continue;
-      const Eigen::Isometry3d before = poses[i];
-      poses[i] = expSe3(step.segment<6>(column)) * poses[i];
-      poses[i].linear() = Eigen::Quaterniond(poses[i].linear()).normalized().toRotationMatrix();
-      moved = std::max({moved, step.segment<3>(column).norm(), (poses[i] * places[i] - before * places[i]).norm()});
-    }
+    const double moved = move(poses, step, network, places);
+    found = linearise(poses, pairs, equations, threads);
     if (moved < config.last_step)
       break;
   }
-
-  linearise();
-  result.rms = rms();
-  Network curvature(n, fixed);
-  for (std::size_t k = 0; k < pairs.size(); ++k)
-    curvature.add(pairs[k].first, pairs[k].second, found[k].curvature);
-  Sparse a = curvature.matrix();
-  const Sparse b = networkScatter(poses, pairs, curvature, patches, config, threads);
-  damp(a, config.damping);
-  const Eigen::SimplicialLDLT<Sparse> solver(a);
-  if (curvature.unknowns() > 0 && solver.info() == Eigen::Success)
-    forEachInParallel(static_cast<std::int64_t>(n), 1, threads, [&](std::int64_t index) {
-      const auto i = static_cast<std::size_t>(index);
-      const int column = curvature.column(i);
-      if (column < 0)
-        return;
-      Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(curvature.unknowns(), 6);
-      unit.middleRows<6>(column).setIdentity();
-      const Eigen::MatrixXd x = solver.solve(unit);
-      const Matrix6 covariance = x.transpose() * (b * x);
-      // About the scan's own place.
-      const Matrix6 m = motionInto(Eigen::Isometry3d(Eigen::Translation3d(poses[i] * places[i])));
-      result.covariances[i] = m * covariance * m.transpose();
-    });
+  result.rms = rmsOf(found);
+  result.covariances = covariancesOf(poses, pairs, found, network, places, patches, config, threads);
   result.poses = std::move(poses);
   return result;
 }

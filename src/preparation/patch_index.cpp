@@ -113,13 +113,18 @@ PatchIndex::rasterise(const Plane& plane, const Visit& visit) const
 
 PatchIndex::PatchIndex(const PlanarPatches& patches, double voxel, std::size_t max_voxels)
 {
-  const Eigen::Index n = patches.size();
-  if (n == 0)
+  if (patches.size() == 0)
     return;
-  planes_.resize(static_cast<std::size_t>(n));
-  Eigen::Array3d low = Eigen::Array3d::Constant(std::numeric_limits<double>::infinity());
-  Eigen::Array3d high = -low;
-  for (Eigen::Index i = 0; i < n; ++i) {
+  layOut(addPlanes(patches, voxel), voxel, max_voxels);
+  fill(patches.samples.oriented);
+}
+
+PatchIndex::Box
+PatchIndex::addPlanes(const PlanarPatches& patches, double margin)
+{
+  planes_.resize(static_cast<std::size_t>(patches.size()));
+  Box box;
+  for (Eigen::Index i = 0; i < patches.size(); ++i) {
     Plane& plane = planes_[static_cast<std::size_t>(i)];
     Eigen::Matrix3f frame;
     frame.col(0) = patches.samples.normals.col(i).cast<float>();
@@ -134,24 +139,33 @@ PatchIndex::PatchIndex(const PlanarPatches& patches, double voxel, std::size_t m
     const Eigen::Array3d half = (frame.col(1).cwiseAbs().cast<double>() * patches.samples.extents[i] +
                                  frame.col(2).cwiseAbs().cast<double>() * patches.half_minors[i])
                                     .array() +
-                                voxel;
-    low = low.min(patches.samples.points.col(i).array() - half);
-    high = high.max(patches.samples.points.col(i).array() + half);
+                                margin;
+    box.low = box.low.min(patches.samples.points.col(i).array() - half);
+    box.high = box.high.max(patches.samples.points.col(i).array() + half);
   }
+  return box;
+}
 
+void
+PatchIndex::layOut(const Box& box, double voxel, std::size_t max_voxels)
+{
+  const Eigen::Array3d size = box.high - box.low;
   voxel_ = voxel;
-  const auto wanted = [&] { return ((high - low) / voxel_).ceil().max(1).prod(); };
-  while (wanted() > static_cast<double>(max_voxels))
+  while ((size / voxel_).ceil().max(1).prod() > static_cast<double>(max_voxels))
     voxel_ *= 1.1;
   inverse_voxel_ = static_cast<float>(1 / voxel_);
-  origin_ = low.matrix().cast<float>();
-  dims_ = ((high - low) / voxel_).ceil().max(1).cast<int>();
+  origin_ = box.low.matrix().cast<float>();
+  dims_ = (size / voxel_).ceil().max(1).cast<int>();
 
   block_dims_ = (dims_.array() + kBlockMask) / (1 << kBlockBits);
   blocks_.assign(static_cast<std::size_t>(block_dims_.x()) * static_cast<std::size_t>(block_dims_.y()) *
                      static_cast<std::size_t>(block_dims_.z()),
                  0);
+}
 
+void
+PatchIndex::fill(bool oriented)
+{
   // Voxels of all planes, in the order of the planes; blocks are numbered as they are met.
   std::vector<std::uint32_t> voxels;
   std::vector<std::size_t> ends;
@@ -174,7 +188,7 @@ PatchIndex::PatchIndex(const PlanarPatches& patches, double voxel, std::size_t m
   std::size_t at = 0;
   for (std::size_t i = 0; i < planes_.size(); ++i) {
     std::uint64_t bits = directionClassesNear(planes_[i].column(0), kClassRadius);
-    if (!patches.samples.oriented)
+    if (!oriented)
       bits |= directionClassesNear(-planes_[i].column(0), kClassRadius);
     for (; at < ends[i]; ++at) {
       masks_[voxels[at]] |= bits;

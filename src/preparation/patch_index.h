@@ -10,6 +10,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -262,6 +263,20 @@ private:
   {
     return ((z & kBlockMask) << (2 * kBlockBits)) | ((y & kBlockMask) << kBlockBits) | (x & kBlockMask);
   }
+  /// Where all patches are, with a margin [m].
+  struct Box {
+    Eigen::Array3d low = Eigen::Array3d::Constant(std::numeric_limits<double>::infinity());
+    Eigen::Array3d high = Eigen::Array3d::Constant(-std::numeric_limits<double>::infinity());
+  };
+  Box
+  addPlanes(const PlanarPatches& patches, double margin);
+  /// The grid over the box, of wider voxels where it would have more than \p max_voxels.
+  void
+  layOut(const Box& box, double voxel, std::size_t max_voxels);
+  /// Patches of each voxel, and the directions that they face; both sides where they are not \p oriented.
+  void
+  fill(bool oriented);
+  /// Visit the rows of voxels that hold a place within reach of the plane.
   template <typename Visit>
   void
   rasterise(const Plane& plane, const Visit& visit) const;

@@ -243,6 +243,93 @@ drawSurfacePoints(const ThinnedCloud& cloud, const PlanarPatches& patches, int d
   return surface;
 }
 
+namespace {
+
+/// Points of both scans on the planes of the other one, found once and kept while the surface hardly moves.
+class MutualMatches {
+public:
+  MutualMatches(const SurfacePoints& source,
+                const PatchIndex& source_planes,
+                const SurfacePoints& target,
+                const PatchIndex& target_planes)
+      : source_(source), source_planes_(source_planes), target_(target), target_planes_(target_planes),
+        found_of_source_(static_cast<std::size_t>(source.points.cols()), -1),
+        found_of_target_(static_cast<std::size_t>(target.points.cols()), -1)
+  {}
+
+  void
+  addEquations(const Step& step, int threads, PlaneEquations& equations)
+  {
+    const Eigen::Isometry3d& T = step.T_target_source;
+    const Eigen::Isometry3d T_source_target = T.inverse();
+    const auto addSource = [&](Eigen::Index first, Eigen::Index count, PlaneEquations& sum) {
+      PlaneMatches matches;
+      const auto add = [&](Eigen::Index, const auto& p, const auto&, const PatchIndex::Meeting& at) {
+        matches.add(p - step.centre, at.normal, at.distance, 1 / at.variance);
+      };
+      forEachMeeting(source_.points, source_.normals, T, first, count, target_planes_, step, found_of_source_, add);
+      addMatches(matches, step.scale, sum);
+    };
+    // The other way round it is the plane that moves: its distance to a fixed point shrinks along its normal.
+    const auto addTarget = [&](Eigen::Index first, Eigen::Index count, PlaneEquations& sum) {
+      PlaneMatches matches;
+      const auto add = [&](Eigen::Index i, const auto&, const auto&, const PatchIndex::Meeting& at) {
+        const Eigen::Vector3d q = target_.points.col(i).cast<double>();
+        matches.add(q - step.centre, T.linear() * at.normal, -at.distance, 1 / at.variance);
+      };
+      forEachMeeting(
+          target_.points, target_.normals, T_source_target, first, count, source_planes_, step, found_of_target_, add);
+      addMatches(matches, step.scale, sum);
+    };
+    addInBlocks(source_.points.cols(), target_.points.cols(), threads, equations, addSource, addTarget);
+  }
+
+  /// Of the matches at the pose where the refinement ends; patches that do not face their sensors keep the share
+  /// \p unseen_curvature of their curvature.
+  EquationStatistics
+  statistics(const Step& step, double unseen_curvature) const
+  {
+    const Eigen::Isometry3d& T = step.T_target_source;
+    const Eigen::Isometry3d T_source_target = T.inverse();
+    const auto farthest = static_cast<double>(step.tolerance.distance);
+    const auto shareOf = [&](std::size_t s, std::size_t t) {
+      return source_.facing[s] && target_.facing[t] ? 1 : unseen_curvature;
+    };
+    EquationStatisticsSum sum(source_.facing.size(), target_.facing.size(), step.scale);
+    for (std::size_t i = 0; i < found_of_source_.size(); ++i) {
+      if (found_of_source_[i] < 0)
+        continue;
+      const Eigen::Vector3d p = T * Eigen::Vector3d(source_.points.col(static_cast<Eigen::Index>(i)).cast<double>());
+      const PatchIndex::Meeting at = target_planes_.meet(found_of_source_[i], p);
+      const auto s = static_cast<std::size_t>(source_.patches[i]);
+      const auto t = static_cast<std::size_t>(found_of_source_[i]);
+      if (std::abs(at.distance) < farthest)
+        sum.add(s, t, p - step.centre, at.normal, at.distance, 1 / at.variance, shareOf(s, t));
+    }
+    for (std::size_t i = 0; i < found_of_target_.size(); ++i) {
+      if (found_of_target_[i] < 0)
+        continue;
+      const Eigen::Vector3d q = target_.points.col(static_cast<Eigen::Index>(i)).cast<double>();
+      const PatchIndex::Meeting at = source_planes_.meet(found_of_target_[i], T_source_target * q);
+      const auto s = static_cast<std::size_t>(found_of_target_[i]);
+      const auto t = static_cast<std::size_t>(target_.patches[i]);
+      if (std::abs(at.distance) < farthest)
+        sum.add(s, t, q - step.centre, T.linear() * at.normal, -at.distance, 1 / at.variance, shareOf(s, t));
+    }
+    return sum.statistics();
+  }
+
+private:
+  const SurfacePoints& source_;
+  const PatchIndex& source_planes_;
+  const SurfacePoints& target_;
+  const PatchIndex& target_planes_;
+  std::vector<int> found_of_source_; ///< plane of the target for each point of the source; -1: none
+  std::vector<int> found_of_target_; ///< and the other way round
+};
+
+} // namespace
+
 Refinement
 refineMutual(const SurfacePoints& source,
              const PatchIndex& source_planes,
@@ -255,62 +342,13 @@ refineMutual(const SurfacePoints& source,
     return refine(
         T_target_source, Eigen::Vector3d::Zero(), options, [](const auto&...) {}, noStatistics);
   const Eigen::Vector3d centre = T_target_source * Eigen::Vector3d(source.points.cast<double>().rowwise().mean());
-  std::vector<int> found_of_source(static_cast<std::size_t>(source.points.cols()), -1);
-  std::vector<int> found_of_target(static_cast<std::size_t>(target.points.cols()), -1);
-  const auto accumulate = [&](const Step& step, PlaneEquations& equations) {
-    const Eigen::Isometry3d& T = step.T_target_source;
-    const Eigen::Isometry3d T_source_target = T.inverse();
-    const auto addSource = [&](Eigen::Index first, Eigen::Index count, PlaneEquations& sum) {
-      PlaneMatches matches;
-      const auto add = [&](Eigen::Index, const auto& p, const auto&, const PatchIndex::Meeting& at) {
-        matches.add(p - centre, at.normal, at.distance, 1 / at.variance);
-      };
-      forEachMeeting(source.points, source.normals, T, first, count, target_planes, step, found_of_source, add);
-      addMatches(matches, step.scale, sum);
-    };
-    // The other way round it is the plane that moves: its distance to a fixed point shrinks along its normal.
-    const auto addTarget = [&](Eigen::Index first, Eigen::Index count, PlaneEquations& sum) {
-      PlaneMatches matches;
-      const auto add = [&](Eigen::Index i, const auto&, const auto&, const PatchIndex::Meeting& at) {
-        const Eigen::Vector3d q = target.points.col(i).cast<double>();
-        matches.add(q - centre, T.linear() * at.normal, -at.distance, 1 / at.variance);
-      };
-      forEachMeeting(
-          target.points, target.normals, T_source_target, first, count, source_planes, step, found_of_target, add);
-      addMatches(matches, step.scale, sum);
-    };
-    addInBlocks(source.points.cols(), target.points.cols(), options.threads, equations, addSource, addTarget);
-  };
-  const auto conclude = [&](const Step& step) {
-    const Eigen::Isometry3d& T = step.T_target_source;
-    const auto shareOf = [&](std::size_t s, std::size_t t) {
-      return source.facing[s] && target.facing[t] ? 1 : options.unseen_curvature;
-    };
-    EquationStatisticsSum sum(source.facing.size(), target.facing.size(), step.scale);
-    for (std::size_t i = 0; i < found_of_source.size(); ++i) {
-      if (found_of_source[i] < 0)
-        continue;
-      const Eigen::Vector3d p = T * Eigen::Vector3d(source.points.col(static_cast<Eigen::Index>(i)).cast<double>());
-      const PatchIndex::Meeting at = target_planes.meet(found_of_source[i], p);
-      const auto s = static_cast<std::size_t>(source.patches[i]);
-      const auto t = static_cast<std::size_t>(found_of_source[i]);
-      if (std::abs(at.distance) < static_cast<double>(step.tolerance.distance))
-        sum.add(s, t, p - centre, at.normal, at.distance, 1 / at.variance, shareOf(s, t));
-    }
-    const Eigen::Isometry3d T_source_target = T.inverse();
-    for (std::size_t i = 0; i < found_of_target.size(); ++i) {
-      if (found_of_target[i] < 0)
-        continue;
-      const Eigen::Vector3d q = target.points.col(static_cast<Eigen::Index>(i)).cast<double>();
-      const PatchIndex::Meeting at = source_planes.meet(found_of_target[i], T_source_target * q);
-      const auto s = static_cast<std::size_t>(found_of_target[i]);
-      const auto t = static_cast<std::size_t>(target.patches[i]);
-      if (std::abs(at.distance) < static_cast<double>(step.tolerance.distance))
-        sum.add(s, t, q - centre, T.linear() * at.normal, -at.distance, 1 / at.variance, shareOf(s, t));
-    }
-    return sum.statistics();
-  };
-  return refine(T_target_source, centre, options, accumulate, conclude);
+  MutualMatches matches(source, source_planes, target, target_planes);
+  return refine(
+      T_target_source,
+      centre,
+      options,
+      [&](const Step& step, PlaneEquations& equations) { matches.addEquations(step, options.threads, equations); },
+      [&](const Step& step) { return matches.statistics(step, options.unseen_curvature); });
 }
 
 } // namespace pcl_ssfr

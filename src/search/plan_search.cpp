@@ -136,23 +136,23 @@ searchPlans(const OrientedSamples& source,
       PlanMatch match = matches[static_cast<std::size_t>(i)];
       match.turn += k * turn_step;
       const Eigen::Isometry3d T = poseOf(plans.source, plans.target, match, plans.rise);
-      const Ballot ballot(votes, target_index, target_image, T.linear(), options.voting.visibility);
-      std::vector<Verdict> verdicts;
+      const VoteCounter counter(votes, target_index, target_image, T.linear(), options.voting.visibility);
+      std::vector<VotedTranslation> voted;
       for (int line = -lines; line <= lines; ++line) {
         const Eigen::Vector3d start = T.translation() + 2 * line * step * across - 2 * lines * step * along;
-        findUncontradicted(ballot,
+        findUncontradicted(counter,
                            {start.cast<float>(), (step * along).cast<float>(), static_cast<std::size_t>(4 * lines + 1)},
                            counting,
-                           verdicts);
+                           voted);
       }
-      for (const Verdict& verdict : verdicts) {
-        const double score = verdict.score / static_cast<double>(std::max<Eigen::Index>(1, ballot.size()));
+      for (const VotedTranslation& candidate : voted) {
+        const double score = candidate.score / static_cast<double>(std::max<Eigen::Index>(1, counter.size()));
         if (best.votes > 0 && score <= best.score)
           continue;
         best.T_target_source.linear() = T.linear();
-        best.T_target_source.translation() = verdict.translation.cast<double>();
+        best.T_target_source.translation() = candidate.translation.cast<double>();
         best.score = score;
-        best.votes = verdict.votes;
+        best.votes = candidate.votes;
       }
     }
   });

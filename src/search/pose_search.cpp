@@ -11,6 +11,8 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <optional>
+#include <utility>
 
 namespace pcl_ssfr {
 
@@ -281,6 +283,55 @@ drawVotingSamples(const OrientedSamples& samples,
   return votes;
 }
 
+namespace {
+
+/// Shifts along an axis at which the scans can meet, [first, second] [m]: their middle parts touch, in the window.
+std::pair<double, double>
+meetingShifts(const OrientedSamples& source,
+              const OrientedSamples& target,
+              const Eigen::Matrix3d& R,
+              const Eigen::Vector3d& axis,
+              const std::optional<ShiftWindow>& window)
+{
+  const auto [source_low, source_high] = centralInterval(source, R.transpose() * axis);
+  const auto [target_low, target_high] = centralInterval(target, axis);
+  std::pair<double, double> shifts = {target_low - source_high, target_high - source_low};
+  if (window) {
+    const double centre = window->centre.dot(axis);
+    shifts = {std::max(shifts.first, centre - window->radius), std::min(shifts.second, centre + window->radius)};
+  }
+  return shifts;
+}
+
+/// The best of the translations, each farther than the separation from those before it.
+std::vector<PoseHypothesis>
+keepDistinct(std::vector<VotedTranslation> found,
+             const Eigen::Matrix3d& R,
+             Eigen::Index samples,
+             const PoseSearchOptions& options)
+{
+  std::stable_sort(found.begin(), found.end(), [](const auto& x, const auto& y) { return x.score > y.score; });
+  std::vector<PoseHypothesis> kept;
+  for (const VotedTranslation& candidate : found) {
+    if (static_cast<int>(kept.size()) >= options.pass.refined)
+      break;
+    PoseHypothesis pose;
+    pose.T_target_source.linear() = R;
+    pose.T_target_source.translation() = candidate.translation.cast<double>();
+    pose.votes = candidate.votes;
+    pose.score = candidate.score / static_cast<double>(std::max<Eigen::Index>(1, samples));
+    const bool distinct = std::none_of(kept.begin(), kept.end(), [&](const PoseHypothesis& other) {
+      return (pose.T_target_source.translation() - other.T_target_source.translation()).norm() <
+             options.peak_separation;
+    });
+    if (distinct)
+      kept.push_back(pose);
+  }
+  return kept;
+}
+
+} // namespace
+
 std::vector<PoseHypothesis>
 searchTranslations(const OrientedSamples& source,
                    const VotingSamples& votes,
@@ -303,22 +354,14 @@ searchTranslations(const OrientedSamples& source,
   const std::vector<ShiftPeak> first = peaks(0, options.pass.peaks_first);
   const std::vector<ShiftPeak> second = peaks(1, options.pass.peaks_second);
 
-  const auto [source_low, source_high] = centralInterval(source, R.transpose() * axes.col(2));
-  const auto [target_low, target_high] = centralInterval(target, axes.col(2));
-  double shift_low = target_low - source_high;
-  double shift_high = target_high - source_low;
-  if (options.window) {
-    const double centre = options.window->centre.dot(axes.col(2));
-    shift_low = std::max(shift_low, centre - options.window->radius);
-    shift_high = std::min(shift_high, centre + options.window->radius);
-  }
+  const auto [shift_low, shift_high] = meetingShifts(source, target, R, axes.col(2), options.window);
   const auto shifts = static_cast<std::size_t>(std::max(1.0, std::ceil((shift_high - shift_low) / options.step)));
 
-  const Ballot ballot(votes, target_index, target_image, R, options.visibility);
-  std::vector<Verdict> found;
+  const VoteCounter counter(votes, target_index, target_image, R, options.visibility);
+  std::vector<VotedTranslation> found;
   // As many as are screened of the votes for a rival.
-  auto best_screened = static_cast<int>(static_cast<std::int64_t>(options.rival_votes) * ballot.screened() /
-                                        std::max<Eigen::Index>(1, ballot.size()));
+  auto best_screened = static_cast<int>(static_cast<std::int64_t>(options.rival_votes) * counter.screened() /
+                                        std::max<Eigen::Index>(1, counter.size()));
   const CountingOptions counting = {
       options.contradiction_weight, options.config.screening_share, options.config.least_votes};
   for (const ShiftPeak& a : first)
@@ -329,29 +372,11 @@ searchTranslations(const OrientedSamples& source,
                            (axes.col(2) * options.step).cast<float>(),
                            shifts};
       if (options.pass.little_overlap)
-        findUncontradicted(ballot, line, counting, found);
+        findUncontradicted(counter, line, counting, found);
       else
-        findMostVoted(ballot, line, counting, best_screened, found);
+        findMostVoted(counter, line, counting, best_screened, found);
     }
-
-  std::stable_sort(found.begin(), found.end(), [](const auto& x, const auto& y) { return x.score > y.score; });
-  std::vector<PoseHypothesis> kept;
-  for (const Verdict& verdict : found) {
-    if (static_cast<int>(kept.size()) >= options.pass.refined)
-      break;
-    PoseHypothesis pose;
-    pose.T_target_source.linear() = R;
-    pose.T_target_source.translation() = verdict.translation.cast<double>();
-    pose.votes = verdict.votes;
-    pose.score = verdict.score / static_cast<double>(std::max<Eigen::Index>(1, ballot.size()));
-    const bool distinct = std::none_of(kept.begin(), kept.end(), [&](const PoseHypothesis& other) {
-      return (pose.T_target_source.translation() - other.T_target_source.translation()).norm() <
-             options.peak_separation;
-    });
-    if (distinct)
-      kept.push_back(pose);
-  }
-  return kept;
+  return keepDistinct(std::move(found), R, counter.size(), options);
 }
 
 } // namespace pcl_ssfr

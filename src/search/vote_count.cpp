@@ -9,53 +9,53 @@
 namespace pcl_ssfr {
 
 void
-findMostVoted(const Ballot& ballot,
+findMostVoted(const VoteCounter& counter,
               const ShiftLine& line,
               const CountingOptions& options,
               int& best_screened,
-              std::vector<Verdict>& found)
+              std::vector<VotedTranslation>& found)
 {
   // Patches are found from about two steps away: every second shift shows whether those around it are worth counting.
-  const std::vector<int> screened = ballot.screen(line.everySecond());
+  const std::vector<int> screened = counter.screen(line.everySecond());
   std::vector<int> counts(line.count, 0);
   for (std::size_t s = 0; s < line.count; s += 2) {
     best_screened = std::max(best_screened, screened[s / 2]);
     if (screened[s / 2] < options.screening_share * best_screened)
       continue;
-    counts[s] = screened[s / 2] + ballot.otherVotesFor(line[s]);
+    counts[s] = screened[s / 2] + counter.otherVotesFor(line[s]);
     if (s > 0 && counts[s - 1] == 0)
-      counts[s - 1] = ballot.votesFor(line[s - 1]);
+      counts[s - 1] = counter.votesFor(line[s - 1]);
     if (s + 1 < line.count)
-      counts[s + 1] = ballot.votesFor(line[s + 1]);
+      counts[s + 1] = counter.votesFor(line[s + 1]);
   }
   for (std::size_t s = 0; s < line.count; ++s) {
     const int count = counts[s];
     if (count == 0 || (s > 0 && counts[s - 1] > count) || (s + 1 < line.count && counts[s + 1] >= count))
       continue;
-    found.push_back({line[s], count, count - options.contradiction_weight * ballot.votesAgainst(line[s])});
+    found.push_back({line[s], count, count - options.contradiction_weight * counter.votesAgainst(line[s])});
   }
 }
 
 void
-findUncontradicted(const Ballot& ballot,
+findUncontradicted(const VoteCounter& counter,
                    const ShiftLine& line,
                    const CountingOptions& options,
-                   std::vector<Verdict>& found)
+                   std::vector<VotedTranslation>& found)
 {
-  const std::vector<int> screened = ballot.screen(line.everySecond());
-  const double least_screened = std::max(1.0, options.least_votes * static_cast<double>(ballot.screened()));
-  const double least = std::max(1.0, options.least_votes * static_cast<double>(ballot.size()));
+  const std::vector<int> screened = counter.screen(line.everySecond());
+  const double least_screened = std::max(1.0, options.least_votes * static_cast<double>(counter.screened()));
+  const double least = std::max(1.0, options.least_votes * static_cast<double>(counter.size()));
   for (std::size_t s = 0; s < line.count; ++s) {
     // The shifts with an even number are screened, the others count where a neighbour does.
     const int before = screened[s / 2], after = screened[std::min(s / 2 + s % 2, screened.size() - 1)];
     if (std::max(before, after) < least_screened)
       continue;
-    const int count = s % 2 == 0 ? before + ballot.otherVotesFor(line[s]) : ballot.votesFor(line[s]);
+    const int count = s % 2 == 0 ? before + counter.otherVotesFor(line[s]) : counter.votesFor(line[s]);
     if (count < least)
       continue;
     const int most = static_cast<int>(
-        std::min(std::ceil(count / options.contradiction_weight), static_cast<double>(ballot.size()) + 1));
-    const int against = ballot.votesAgainst(line[s], most);
+        std::min(std::ceil(count / options.contradiction_weight), static_cast<double>(counter.size()) + 1));
+    const int against = counter.votesAgainst(line[s], most);
     if (against < most)
       found.push_back({line[s], count, count - options.contradiction_weight * against});
   }

@@ -22,13 +22,13 @@ namespace pcl_ssfr {
 constexpr Eigen::Index kScreeningStride = 8; ///< every so many votes are counted first
 
 /// Votes for poses that differ only by their translation.
-class Ballot {
+class VoteCounter {
 public:
-  Ballot(const VotingSamples& votes,
-         const PatchIndex& index,
-         const RangeImage* image,
-         const Eigen::Matrix3d& R,
-         const VisibilityOptions& options)
+  VoteCounter(const VotingSamples& votes,
+              const PatchIndex& index,
+              const RangeImage* image,
+              const Eigen::Matrix3d& R,
+              const VisibilityOptions& options)
       : index_(index), image_(image), options_(options)
   {
     const Eigen::Matrix3f rotation = R.cast<float>();
@@ -109,7 +109,7 @@ private:
 };
 
 /// A translation and how the samples voted on it.
-struct Verdict {
+struct VotedTranslation {
   Eigen::Vector3f translation; ///< [m]
   int votes = 0;               ///< for it
   double score = 0;            ///< votes for it, less the weighted votes against it
@@ -125,17 +125,17 @@ struct CountingOptions {
 /// The shifts of a line that have the most votes, of those around them and not far below the best of all.
 /// \param[in,out] best_screened votes of the best of all among those that are screened
 void
-findMostVoted(const Ballot& ballot,
+findMostVoted(const VoteCounter& counter,
               const ShiftLine& line,
               const CountingOptions& options,
               int& best_screened,
-              std::vector<Verdict>& found);
+              std::vector<VotedTranslation>& found);
 
 /// The shifts of a line that have enough votes, and more than the weighted ones against them.
 void
-findUncontradicted(const Ballot& ballot,
+findUncontradicted(const VoteCounter& counter,
                    const ShiftLine& line,
                    const CountingOptions& options,
-                   std::vector<Verdict>& found);
+                   std::vector<VotedTranslation>& found);
 
 } // namespace pcl_ssfr
