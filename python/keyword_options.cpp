@@ -3,6 +3,7 @@
 
 #include "keyword_options.h"
 #include "common/angles.h"
+#include "common/config_numbers.h"
 
 #include "scan_array.h"
 
@@ -234,17 +235,23 @@ keywordsOf(const Options& options)
   return keywords;
 }
 
-py::list
-numberKeywords()
+py::dict
+defaultNumbers()
 {
-  py::list names;
-  for (const auto& entry : kPatchNumbers)
-    names.append(entry.first);
-  for (const auto& entry : kPatchCounts)
-    names.append(entry.first);
-  for (const std::string& name : numberNames())
-    names.append(name);
-  return names;
+  Options options = makeOptions(Profile::Default);
+  py::dict numbers;
+  for (const auto& [name, number] : kPatchNumbers)
+    numbers[name] = options.patches.*number;
+  for (const auto& [name, count] : kPatchCounts)
+    numbers[name] = options.patches.*count;
+  for (const ConfigNumber& number : numbersOf(options.patch_profile)) {
+    const py::str name{std::string(number.name)};
+    if (number.count)
+      numbers[name] = *number.count;
+    else
+      numbers[name] = *number.real;
+  }
+  return numbers;
 }
 
 } // namespace python

@@ -25,9 +25,9 @@ optionsFrom(const pybind11::dict& keywords, const Options& base);
 pybind11::dict
 keywordsOf(const Options& options);
 
-/// The names of all entries of "numbers".
-pybind11::list
-numberKeywords();
+/// All entries of "numbers" with their defaults, in the order of their definition.
+pybind11::dict
+defaultNumbers();
 
 } // namespace python
 } // namespace pcl_ssfr

@@ -303,7 +303,7 @@ bindPairs(py::module_& module)
       },
       py::arg("profile"),
       "See pcl_ssfr.default_options().");
-  module.def("number_names", &numberKeywords, "See pcl_ssfr.number_names().");
+  module.def("default_numbers", &defaultNumbers, "See pcl_ssfr.default_numbers().");
 }
 
 } // namespace python

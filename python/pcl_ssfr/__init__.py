@@ -50,6 +50,7 @@ __all__ = [
     "Status",
     "UnobservableDirection",
     "__version__",
+    "default_numbers",
     "default_options",
     "list_e57_scans",
     "map_scans",
@@ -103,7 +104,7 @@ def register_scans(
         max_candidates: poses listed in the result, 10.
         refine: polish the answer, True. max_refinement_steps: of the polish, 30.
         time_limit: of the whole call [s]; 0: none.
-        numbers: a dict of tuned numbers, for those who experiment (number_names()).
+        numbers: a dict of tuned numbers, for those who experiment (default_numbers()).
     Where a scan is prepared, options that are not given are those that it was prepared with.
 
     Data never raise: Result.status and Result.message say what happened. Raises ValueError when an argument is wrong:
@@ -140,9 +141,14 @@ def default_options(profile: str = "default") -> dict[str, Any]:
     return _core.default_options(profile)
 
 
+def default_numbers() -> dict[str, Union[int, float]]:
+    """What the option `numbers` knows, with the defaults: tuned numbers of the default profile (docs/PARAMETERS.md)."""
+    return _core.default_numbers()
+
+
 def number_names() -> list[str]:
-    """The names that the option `numbers` knows: tuned numbers of the default profile (docs/PARAMETERS.md)."""
-    return _core.number_names()
+    """The names of default_numbers()."""
+    return list(default_numbers())
 
 
 class ScanFile(NamedTuple):

@@ -196,7 +196,9 @@ def test_numbers(apartment):
     plain = pcl_ssfr.register_scans(source, target)
     assert pose(pcl_ssfr.register_scans(source, target, numbers={"search.bin_width": 0.1})) == pose(plain)
     changed = {"refinement.polish_reach": 0.15, "patches.min_points": 7}
-    assert set(changed) <= set(pcl_ssfr.number_names())
+    defaults = pcl_ssfr.default_numbers()
+    assert set(changed) <= set(defaults) and list(defaults) == pcl_ssfr.number_names()
+    assert pose(pcl_ssfr.register_scans(source, target, numbers=defaults)) == pose(plain)
     assert pose(pcl_ssfr.register_scans(source, target, numbers=changed)) != pose(plain)
 
 
