@@ -46,7 +46,7 @@ const std::map<std::string, std::string> kFlat = {
     {"judgement.uncertainty.max_rotation", "the same"},
     {"judgement.posterior_blind.clear", "0: without free space nothing contradicts"},
     {"judgement.fair_overlap", "pairs share much or hardly anything; see test_decision"},
-    {"judgement.telling_contradiction", "the same"},
+    {"judgement.named_contradiction", "the same"},
 };
 
 /// Set a number to one of two values, by its kind.

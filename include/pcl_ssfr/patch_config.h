@@ -218,7 +218,7 @@ struct JudgementConfig {
   double unsettled = 0.5;     ///< confidence, at most, of the best pose of a search that was cut short, and of one
                               ///< with a direction that the scene does not determine
   double fair_overlap = 0.15; ///< of the surface: with less a message doubts that the scans show one place
-  double telling_contradiction = 0.1; ///< share of the visible surface from which on it is named as the reason
+  double named_contradiction = 0.1; ///< share of the visible surface from which on it is named as the reason
 };
 
 /// All numbers of Profile::Default beyond the options.

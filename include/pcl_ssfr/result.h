@@ -85,7 +85,8 @@ struct UnobservableDirection {
   Eigen::Vector3d direction =
       Eigen::Vector3d::Zero(); ///< unit, target frame: translation along it, or rotation about it
   bool rotation = false;       ///< true: a rotation about \ref direction; false: a translation along it
-  double strength = 0;         ///< information along it relative to the best determined one of its kind, [0, 1]
+  double strength = 0; ///< information along it relative to the best determined one of its kind, [0, 1]; 0 where
+                       ///< probable poses differ by it (Status::Ambiguous)
 };
 
 /// All that a registration found. Safe to use as constructed: identity pose, not run.

@@ -159,7 +159,7 @@ numbersOf(PatchProfileConfig& config)
           NUMBER(judgement.decided, Bound::Share),
           NUMBER(judgement.unsettled, Bound::Share),
           NUMBER(judgement.fair_overlap, Bound::Share),
-          NUMBER(judgement.telling_contradiction, Bound::Share)};
+          NUMBER(judgement.named_contradiction, Bound::Share)};
 #undef PASS
 #undef POSTERIOR
 #undef LEVEL

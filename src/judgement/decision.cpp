@@ -5,11 +5,15 @@
 
 #include "common/angles.h"
 
+#include <Eigen/Eigenvalues>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <limits>
+#include <utility>
+#include <vector>
 
 namespace pcl_ssfr {
 
@@ -90,7 +94,7 @@ void
 refuse(Decision& decision, const Candidate& best, const DecisionContext& context)
 {
   const double visible = best.overlap + best.contradiction + best.evidence.unmatched;
-  if (best.contradiction > context.config.telling_contradiction * visible) {
+  if (best.contradiction > context.config.named_contradiction * visible) {
     decision.status = Status::Contradicted;
     decision.message = formatted("the best pose puts %.1f %% of the surface into space that the other sensor saw to be "
                                  "free, while %.0f %% meets its counterpart",
@@ -107,6 +111,39 @@ refuse(Decision& decision, const Candidate& best, const DecisionContext& context
                       100 * best.overlap);
 }
 
+/// A line along which poses are one pose with the first, but for a shift.
+struct SharedLine {
+  Eigen::Vector3d direction = Eigen::Vector3d::Zero(); ///< unit; zero: no other pose has this rotation
+  double probability = 0;                              ///< of all poses on it together
+};
+
+/// The line through the first pose that most of the probability of those with its rotation lies on: in a corridor
+/// whose walls alone match, and where bays repeat.
+SharedLine
+sharedLine(const std::vector<ScoredPose>& poses, const DecisionContext& context)
+{
+  const Eigen::Isometry3d& T_best = poses.front().T_target_source;
+  std::vector<std::pair<Eigen::Vector3d, double>> shifts;
+  Eigen::Matrix3d directions = Eigen::Matrix3d::Zero();
+  for (std::size_t k = 1; k < poses.size(); ++k) {
+    const Eigen::Isometry3d& T = poses[k].T_target_source;
+    if (rotationBetween(T_best, T) >= context.distinct_angle)
+      continue;
+    const Eigen::Vector3d shift = T * context.source_viewpoint - T_best * context.source_viewpoint;
+    shifts.emplace_back(shift, context.posterior.poses[k]);
+    directions += context.posterior.poses[k] * shift.normalized() * shift.normalized().transpose();
+  }
+  SharedLine line;
+  if (shifts.empty())
+    return line;
+  line.direction = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(directions).eigenvectors().col(2);
+  line.probability = context.posterior.poses.front();
+  for (const auto& [shift, probability] : shifts)
+    if ((shift - line.direction * line.direction.dot(shift)).norm() < context.distinct_distance)
+      line.probability += probability;
+  return line;
+}
+
 /// Ambiguous: the truth probably is among the poses, but which of them it is stays open.
 void
 reportAmbiguous(Decision& decision, const std::vector<ScoredPose>& poses, const DecisionContext& context)
@@ -119,6 +156,12 @@ reportAmbiguous(Decision& decision, const std::vector<ScoredPose>& poses, const 
                                                             "(symmetry or repetition): "
                                  : std::string("other poses explain the scans nearly as well: ")) +
                      rivalText(poses, context.source_viewpoint);
+  const SharedLine line = sharedLine(poses, context);
+  if (line.probability >= context.min_confidence && line.direction.squaredNorm() > 0) {
+    decision.unobservable.push_back({line.direction, false, 0});
+    decision.message += formatted("; with probability %.2f all is known but the ", line.probability) +
+                        directionText("translation along", line.direction);
+  }
 }
 
 } // namespace

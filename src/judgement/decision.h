@@ -19,11 +19,13 @@ namespace pcl_ssfr {
 
 /// What the decision goes by, besides the poses.
 struct DecisionContext {
-  Posterior posterior;                                        ///< of the poses
-  PoseUncertainty uncertainty;                                ///< of the first pose; empty: it was not polished
-  JudgementConfig config;                                     ///< its numbers
-  double min_confidence = 0.7;                                ///< Options::min_confidence
-  Eigen::Vector3d source_viewpoint = Eigen::Vector3d::Zero(); ///< inner frame [m]: poses are compared there
+  Posterior posterior;                                             ///< of the poses
+  PoseUncertainty uncertainty;                                     ///< of the first pose; empty: it was not polished
+  JudgementConfig config;                                          ///< its numbers
+  double min_confidence = 0.7;                                     ///< Options::min_confidence
+  Eigen::Vector3d source_viewpoint = Eigen::Vector3d::Zero();      ///< inner frame [m]: poses are compared there
+  double distinct_distance = RefinementConfig{}.distinct_distance; ///< poses nearer than this there [m] ...
+  double distinct_angle = RefinementConfig{}.distinct_angle;       ///< ... and than this [rad] are one
   std::string few_directions; ///< which scan has planes in fewer than two directions; empty: neither
   bool is_cut_short = false;  ///< the search was not complete when the time ran out
 };
@@ -41,8 +43,9 @@ struct Decision {
  * All follows from the posterior and the uncertainty, b being the confidence that is asked for. A direction that the
  * scene does not determine, where the truth is probably among the poses or much of the surface meets: unobservable. The
  * truth is probably not among the poses (none > 1 - b): contradicted or low overlap, whichever is the reason. Else the
- * first pose is accepted from b on; less than b, though the truth
- * probably is among the poses, is ambiguous. \param[in] poses distinct, most probable first, at least one
+ * first pose is accepted from b on; less than b, though the truth probably is among the poses, is ambiguous. Where
+ * poses that are one but for a shift along a line have b together, that line is not determined, and all else is.
+ * \param[in] poses distinct, most probable first, at least one
  */
 Decision
 decide(const std::vector<ScoredPose>& poses, const DecisionContext& context);

@@ -105,6 +105,8 @@ conclude(Result result, const PatchPair& pair, const HypothesisSource& source, c
   context.config = pair.config().judgement;
   context.min_confidence = pair.options().min_confidence;
   context.source_viewpoint = pair.source().viewpoint;
+  context.distinct_distance = pair.config().refinement.distinct_distance;
+  context.distinct_angle = pair.config().refinement.distinct_angle;
   context.few_directions = source.fewDirections();
   context.is_cut_short = pair.outOfTime();
   Decision decision = decide(poses, context);
