@@ -68,7 +68,8 @@ struct BenchmarkResults {
 std::string
 failureReason(const ResultRow& row);
 
-/** \brief Sort the rows and sum them up. \param[in] datasets,methods names in the order of the report; others follow
+/** \brief Sort the rows and sum them up.
+ * \param[in] datasets,methods names in the order of the report; others follow
  */
 BenchmarkResults
 summarize(std::vector<ResultRow> rows,

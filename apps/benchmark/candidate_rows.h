@@ -50,7 +50,8 @@ struct PairResult {
 std::string
 candidateHeader();
 
-/** \brief A candidate as a line of candidates.csv without its end. \param[in] number of the row in results.csv, from 1
+/** \brief A candidate as a line of candidates.csv without its end.
+ * \param[in] number of the row in results.csv, from 1
  * \param[in] rank place among the candidates, from 1
  */
 std::string

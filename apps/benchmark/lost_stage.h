@@ -43,7 +43,8 @@ struct LostSearch {
 std::string
 lostStage(const LostSearch& search);
 
-/** \brief Search a pair again, with a trace and from the truth. \param[in] options of Profile::Default
+/** \brief Search a pair again, with a trace and from the truth.
+ * \param[in] options of Profile::Default
  * \return as above; empty where no pose is right, or none is known. \throw std::invalid_argument for other options
  */
 std::string

@@ -14,7 +14,8 @@ namespace apps {
 /// Says how far a run is, on the standard error: one line that moves on a terminal, a line a result in a log.
 class Progress {
 public:
-  /// \param[in] total results to come \param[in] kept results of an earlier run
+  /// \param[in] total results to come
+  /// \param[in] kept results of an earlier run
   Progress(std::size_t total, std::size_t kept);
   /// A result has come.
   void

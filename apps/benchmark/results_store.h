@@ -22,10 +22,11 @@ namespace apps {
  */
 class ResultsStore {
 public:
-  /** \brief Open or create the folder. \param[in] settings an object whose values must be those of the results that the
-   * folder holds; of "datasets" and "external", only the entries that both have are compared
-   * \param[in] resume keep what is there; false: the folder must hold no results yet \param[in] candidates write
-   * candidates.csv
+  /** \brief Open or create the folder.
+   * \param[in] settings an object whose values must be those of the results that the folder holds; of "datasets" and
+   * "external", only the entries that both have are compared
+   * \param[in] resume keep what is there; false: the folder must hold no results yet
+   * \param[in] candidates write candidates.csv
    * \throw io::IoError when the folder is in use, holds results of other settings, or cannot be written
    */
   ResultsStore(const std::string& folder, const nlohmann::ordered_json& settings, bool resume, bool candidates = false);

@@ -41,7 +41,8 @@ public:
   using Next = std::function<std::optional<std::string>(int rank)>;
   using OnMessage = std::function<void(const std::string& message)>;
   /** \brief Rank 0: hand out tasks to whoever is free, until there is none and all that were handed out are done. May
-   * be called again. \param[in] on_idle called every few milliseconds while nothing comes
+   * be called again.
+   * \param[in] on_idle called every few milliseconds while nothing comes
    * \throws what a call threw, std::runtime_error when a rank failed, with its number, its machine and what it threw.
    * No task is handed out any more then, and every rank has let go of its own
    */

@@ -80,7 +80,8 @@ struct ViewLimits {
 };
 
 /** \brief The frame of pictures of a target: upright, walls along the edges. Takes the target's points without their
- * offset. \param[in] up in the frame of the target, unit
+ * offset.
+ * \param[in] up in the frame of the target, unit
  */
 Eigen::Isometry3d
 pictureFrame(const io::LoadedCloud& target, const Eigen::Vector3d& up);

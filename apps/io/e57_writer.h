@@ -26,7 +26,8 @@ public:
 
   /** \brief Append a scan. Its points are written in the frame of the sensor: relative to cloud.viewpoint where that is
    * known, and the pose leads from there to the map.
-   * \param[in] cloud with its table \param[in] name any text; made fit for XML
+   * \param[in] cloud with its table
+   * \param[in] name any text; made fit for XML
    * \param[in] T_map_scan maps file coordinates of the cloud into the map, a rigid motion [m]
    * \throw IoError when it cannot be written, the pose is not finite or the cloud has no table
    */

@@ -90,7 +90,8 @@ packRgb(std::uint32_t red, std::uint32_t green, std::uint32_t blue);
  *
  * x, y, z come first, as FLOAT64 when any coordinate is large, else FLOAT32. Columns red, green, blue become one field
  * rgb; every other column keeps its name and becomes FLOAT32, or FLOAT64 when FLOAT32 cannot hold its integers (times).
- * \param[in] names one per column, among them "x", "y", "z"; distinct \param[in] values row-major, names.size() per row
+ * \param[in] names one per column, among them "x", "y", "z"; distinct
+ * \param[in] values row-major, names.size() per row
  */
 pcl::PCLPointCloud2
 tableFromColumns(const std::vector<std::string>& names, const std::vector<double>& values);

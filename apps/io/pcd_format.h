@@ -23,7 +23,8 @@ RawCloud
 readPcd(const std::string& path, const ByteSource& source, FieldChoice fields);
 
 /** \brief Write a binary PCD file.
- * \param[in] sensor where the sensor stands and its orientation, in the coordinates of the points. \throw IoError
+ * \param[in] sensor where the sensor stands and its orientation, in the coordinates of the points.
+ * \throw IoError
  */
 void
 writePcd(const std::string& path, const pcl::PCLPointCloud2& table, const Eigen::Isometry3d& sensor);

@@ -41,8 +41,10 @@ bool
 isWritten(const MapScan& scan);
 
 /** \brief Write them. Each scan is read once more, one at a time: memory does not grow with their number.
- * \param[in] map with poses in the coordinates of the files \param[in] places of the sensors in these [m]
- * \param[in] progress scans that are done, and all \throw io::IoError
+ * \param[in] map with poses in the coordinates of the files
+ * \param[in] places of the sensors in these [m]
+ * \param[in] progress scans that are done, and all
+ * \throw io::IoError
  */
 void
 writeClouds(const CloudOutputs& outputs,

@@ -41,8 +41,8 @@ struct MapErrors {
 /** \brief Compare a map with true poses.
  *
  * Each component is laid onto the truth by the rigid motion that most of its scans agree with within the bound (so that
- * a part in the wrong place is wrong, not all), then by least squares over these. \param[in] places of the sensors in
- * the scans' frames [m]
+ * a part in the wrong place is wrong, not all), then by least squares over these.
+ * \param[in] places of the sensors in the scans' frames [m]
  */
 MapErrors
 compareWithTruth(const MultiwayMap& map,

@@ -25,9 +25,11 @@ namespace apps {
 class MergedCloud {
 public:
   /// \param[in] leaf each scan is thinned to one point per cube of this edge [m]; 0: it is not
-  /// \param[in] wide coordinates as double \throw io::IoError when the file cannot be created
+  /// \param[in] wide coordinates as double
+  /// \throw io::IoError when the file cannot be created
   MergedCloud(const std::string& path, double leaf, bool wide);
-  /// \param[in] cloud its table is what is read \param[in] T_map_file maps file coordinates into the map
+  /// \param[in] cloud its table is what is read
+  /// \param[in] T_map_file maps file coordinates into the map
   /// \throw io::IoError
   void
   add(const io::LoadedCloud& cloud, const Eigen::Isometry3d& T_map_file, std::size_t number);

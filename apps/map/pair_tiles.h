@@ -45,7 +45,8 @@ tileFromBytes(const std::string& bytes);
  */
 class PairTiles {
 public:
-  /// \param[in] paths of all scans, by their numbers \param[in] ranks that work, > 0; numbered from 1
+  /// \param[in] paths of all scans, by their numbers
+  /// \param[in] ranks that work, > 0; numbered from 1
   PairTiles(const std::vector<PairTask>& tasks,
             const std::vector<std::string>& paths,
             int ranks,

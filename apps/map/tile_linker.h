@@ -30,8 +30,9 @@ public:
   /// \param[in] options those of the map, with the threads to use, > 0
   TileLinker(const MultiwayOptions& options, Load load, const DealConfig& config = {});
 
-  /** \brief Link the pairs of a tile. \param[in] on_link called from one thread at a time \param[in] stop what is not
-   * begun when it is set is left out
+  /** \brief Link the pairs of a tile.
+   * \param[in] on_link called from one thread at a time
+   * \param[in] stop what is not begun when it is set is left out
    * \throw std::exception when a scan cannot be read, or holds other points than the tile was made for; each names the
    * file
    */

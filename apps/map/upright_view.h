@@ -22,8 +22,11 @@ struct ScanOutline {
  *
  * The vertical is the mean of the scans' z axes where these agree within 14 degrees; else the axis along which the
  * points extend least, as in most buildings. Then the normals near it decide. For drawings only.
- * \param[in] points of the building [m] \param[in] normals unit, of its surfaces \param[in] weights of these
- * \param[in] axes z axes of its scans, unit; all in one frame \return maps that frame into the drawing
+ * \param[in] points of the building [m]
+ * \param[in] normals unit, of its surfaces
+ * \param[in] weights of these
+ * \param[in] axes z axes of its scans, unit; all in one frame
+ * \return maps that frame into the drawing
  */
 Eigen::Matrix3d
 uprightView(const std::vector<Eigen::Vector3d>& points,

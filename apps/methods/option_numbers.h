@@ -11,8 +11,9 @@
 namespace pcl_ssfr {
 namespace apps {
 
-/// The \p count numbers of an option "--name", between commas or blanks; they may be infinite or NaN. \param[in] form
-/// how they are asked for \throw UsageError
+/// The \p count numbers of an option "--name", between commas or blanks; they may be infinite or NaN.
+/// \param[in] form how they are asked for
+/// \throw UsageError
 std::vector<double>
 parseNumbers(const std::string& option, const std::string& text, std::size_t count, const std::string& form);
 

@@ -12,8 +12,10 @@ namespace apps {
 
 /** \brief The points of a thinned scan that lie on planes, with normals towards the sensor: those that a refiner may
  * move a pose by that is nearly right. Near edges, and where points lie on one line, a normal is nothing to rely on.
- * \param[in] sensor its place in the frame of the cloud [m] \param[in] radius of the neighbours that make a plane [m]
- * \param[in] thickness largest standard deviation across it [m] \param[in] threads only change the speed
+ * \param[in] sensor its place in the frame of the cloud [m]
+ * \param[in] radius of the neighbours that make a plane [m]
+ * \param[in] thickness largest standard deviation across it [m]
+ * \param[in] threads only change the speed
  */
 MethodCloud::Ptr
 planarPoints(

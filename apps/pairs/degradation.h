@@ -29,7 +29,8 @@ struct Degradation {
 };
 
 /** \brief Indices of the points that are left, ascending: of the sector, the nearest; of these, every k-th.
- * \param[in] points about the sensor, 3 x N, all finite [m] \param[in] seed of the place of the sector
+ * \param[in] points about the sensor, 3 x N, all finite [m]
+ * \param[in] seed of the place of the sector
  * \throw std::invalid_argument naming the value that is out of range
  */
 std::vector<std::size_t>

@@ -19,8 +19,9 @@ struct PoseError {
   double translation_m = 0; ///< distance between where the two poses put the reference point [m]
 };
 
-/** \brief Compare a pose with the truth. \param[in] reference point of the source frame at which the translation is
- * taken: its sensor, so that neither a rotated frame nor a far map origin changes the figure
+/** \brief Compare a pose with the truth.
+ * \param[in] reference point of the source frame at which the translation is taken: its sensor, so that neither a
+ * rotated frame nor a far map origin changes the figure
  */
 PoseError
 poseError(const Eigen::Isometry3d& estimate, const Eigen::Isometry3d& truth, const Eigen::Vector3d& reference);
@@ -68,7 +69,8 @@ Interval
 wilsonInterval(std::size_t successes, std::size_t trials);
 
 /** \brief The value below which a share of the finite values lies, linear between neighbours (as in NumPy); NaN of
- * none. \param[in] share [0, 1]
+ * none.
+ * \param[in] share [0, 1]
  */
 double
 quantile(std::vector<double> values, double share);
@@ -87,7 +89,8 @@ struct PrecisionRecall {
 };
 
 /** \brief Precision against recall over the confidence, from the surest answer down: one point for each confidence
- * that occurs. \param[in] pairs number of pairs tried, those without an answer included
+ * that occurs.
+ * \param[in] pairs number of pairs tried, those without an answer included
  */
 std::vector<PrecisionRecall>
 precisionRecall(std::vector<JudgedAnswer> answers, std::size_t pairs);

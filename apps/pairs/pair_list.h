@@ -21,8 +21,8 @@ struct ListedPair {
 };
 
 /** \brief The pairs of a dataset that a run may choose from. The truth of pairs that are not listed is that of the
- * shortest chain of listed pairs, none where no chain connects them. \param[in] targets the dataset that the targets
- * are from: another for PairsFrom::Unrelated, else the same
+ * shortest chain of listed pairs, none where no chain connects them.
+ * \param[in] targets the dataset that the targets are from: another for PairsFrom::Unrelated, else the same
  */
 class PairList {
 public:

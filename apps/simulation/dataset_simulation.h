@@ -97,7 +97,9 @@ PreparedPlan
 prepare(const DatasetPlan& plan, unsigned threads);
 
 /** \brief Simulate and write every scan, the truth and the description; the writer is not committed.
- * Memory: one scan. \param[in] threads 0: all \throw io::IoError, SimulationError
+ * Memory: one scan.
+ * \param[in] threads 0: all
+ * \throw io::IoError, SimulationError
  */
 DatasetSummary
 simulateDataset(const PreparedPlan& prepared, DatasetWriter& writer, Progress& progress, unsigned threads);

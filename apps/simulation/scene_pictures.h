@@ -15,8 +15,11 @@ namespace pcl_ssfr::simulation {
 /** \brief Draw a scene into one PNG: from above to scale, and in perspective, with the places of the scans.
  *
  * Shaded by the ray caster. Where most of the path has a ceiling, everything above a cut is taken off; what the cut
- * goes through is drawn dark. \param[in] surfaces what is drawn \param[in] T_world_sensor poses, in order
- * \param[in] threads 0: all; the picture does not depend on it \throw io::IoError, SimulationError
+ * goes through is drawn dark.
+ * \param[in] surfaces what is drawn
+ * \param[in] T_world_sensor poses, in order
+ * \param[in] threads 0: all; the picture does not depend on it
+ * \throw io::IoError, SimulationError
  */
 void
 drawScene(const std::string& path,

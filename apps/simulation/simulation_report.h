@@ -16,7 +16,8 @@ namespace pcl_ssfr::simulation {
 std::optional<std::string>
 informationFor(const SimulateArguments& arguments);
 
-/// The summary of a dataset for people. \param[in] seconds that it took
+/// The summary of a dataset for people.
+/// \param[in] seconds that it took
 std::string
 toText(const std::string& folder, const PreparedPlan& prepared, const DatasetSummary& summary, double seconds);
 

@@ -12,8 +12,9 @@ namespace pcl_ssfr {
 namespace apps {
 
 /** \brief Half of a Gaussian sphere as a disc, as seen from above, areas kept (Lambert's projection): the density of
- * the directions and the densest regions. \param[in] turn takes directions of the scan into the frame of the picture, z
- * up \param[in] threads 0: all processors
+ * the directions and the densest regions.
+ * \param[in] turn takes directions of the scan into the frame of the picture, z up
+ * \param[in] threads 0: all processors
  */
 void
 drawSphere(cairo_surface_t* surface,

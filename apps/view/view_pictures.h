@@ -19,7 +19,8 @@ struct ViewPicture {
 };
 
 /** \brief Draw everything as PNG files; a page can be made of them by writeViewPage().
- * \param[in] folder created when it does not exist \throw io::IoError
+ * \param[in] folder created when it does not exist
+ * \throw io::IoError
  */
 std::vector<ViewPicture>
 drawViewPictures(const std::string& folder, const ViewModel& model);

@@ -19,8 +19,9 @@ hasWindow();
 bool
 canOpenDisplay();
 
-/** \brief Show a run in a window until it is closed. \param[in] screenshot when not empty: write the window to this PNG
- * file and close it \throw io::IoError when the screenshot cannot be written
+/** \brief Show a run in a window until it is closed.
+ * \param[in] screenshot when not empty: write the window to this PNG file and close it
+ * \throw io::IoError when the screenshot cannot be written
  */
 void
 showWindow(const ViewModel& model, WindowLayer layer, const std::string& screenshot);

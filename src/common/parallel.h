@@ -91,8 +91,8 @@ runInTeam(int threads, const Body& body)
  *
  * Within another such loop or runInTeam() the pieces become tasks for that team: where two scans are prepared side by
  * side, the thread that is ready first helps with the other scan. A parallel region of the caller's is left alone.
- * \param[in] threads of a new team; with less than two everything runs in this thread, in order \param[in] grain
- * iterations that are handed out together, at least, >= 1
+ * \param[in] threads of a new team; with less than two everything runs in this thread, in order
+ * \param[in] grain iterations that are handed out together, at least, >= 1
  * \throws what a call threw, one of several; with several threads the other calls are made all the same
  */
 template <typename Body>

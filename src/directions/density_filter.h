@@ -36,8 +36,8 @@ computeDensity(const DirectionSet& directions,
 /** \brief The densest regions in descending density: take the densest direction, keep its neighbours within r_d,
  * silence what lies within silence_chord of it, repeat (paper, section 3.2).
  *
- * Ties go to the smaller column. \param[in] density one value a direction, as computeDensity gives it; what has none
- * is no peak.
+ * Ties go to the smaller column.
+ * \param[in] density one value a direction, as computeDensity gives it; what has none is no peak.
  * \return at most max_regions regions; empty for an empty set.
  */
 std::vector<DenseRegion>

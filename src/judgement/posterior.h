@@ -37,7 +37,8 @@ logWeight(const ScoredPose& pose, const PosteriorConfig& config);
 /** \brief The posterior of distinct poses, from one model (PosteriorConfig).
  *
  * How sure it is that one of them is right follows from the evidence of the most probable one alone; it is shared among
- * them by logWeight(). \param[in] poses distinct, of one pair of scans, any order
+ * them by logWeight().
+ * \param[in] poses distinct, of one pair of scans, any order
  */
 Posterior
 computePosterior(const std::vector<ScoredPose>& poses, const PosteriorConfig& config);

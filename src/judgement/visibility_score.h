@@ -60,7 +60,8 @@ struct SurfaceEvidence {
 };
 
 /** \brief Lay the samples into the scan behind \p index and \p image and collect the evidence for and against.
- * \param[in] T maps the samples into the frame of \p index \param[in] image null: no free-space reasoning
+ * \param[in] T maps the samples into the frame of \p index
+ * \param[in] image null: no free-space reasoning
  */
 SurfaceEvidence
 collectEvidence(const OrientedSamples& samples,

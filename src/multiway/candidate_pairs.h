@@ -48,7 +48,8 @@ class CandidatePairs {
 public:
   CandidatePairs(CandidateScans scans, OverlapFunction overlap, const CandidateConfig& config, int threads);
 
-  /** \brief The next round. \param[in] links of all pairs that were given so far
+  /** \brief The next round.
+   * \param[in] links of all pairs that were given so far
    * \return in order; empty: no pair is left that is worth it
    */
   std::vector<ScanPair>

@@ -57,7 +57,8 @@ areDistinct(const Eigen::Isometry3d& a,
  * is shifted to it. Then loops speak: with hypotheses i-c and c-j, a hypothesis i-j either closes the loop or does
  * not, and what the surer ones say counts more. False links that agree with each other by chance do not form loops;
  * places alike do, and are not found out here.
- * \param[in] links by source, then target, source < target \param[in] places of the sensors, in the scans' frames [m]
+ * \param[in] links by source, then target, source < target
+ * \param[in] places of the sensors, in the scans' frames [m]
  * \param[in] excluded what they claimed is counted as no shared place
  */
 HypothesisGraph

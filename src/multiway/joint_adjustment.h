@@ -38,8 +38,10 @@ struct JointAdjustment {
  * The covariance is that of a robust estimate whose data err in patches, A^-1 B A^-1 as of a pair (PoseUncertainty),
  * with one B for the network: a patch errs once for all pairs that it takes part in. That is what averages do not
  * remove: with ever more pairs, each scan is known as well as its own patches are, not better.
- * \param[in] poses start, T_map_scan \param[in] pairs (source, target) that overlap \param[in] fixed scans whose poses
- * are kept, at least one \param[in] places of the sensors in the scans' frames [m]
+ * \param[in] poses start, T_map_scan
+ * \param[in] pairs (source, target) that overlap
+ * \param[in] fixed scans whose poses are kept, at least one
+ * \param[in] places of the sensors in the scans' frames [m]
  */
 JointAdjustment
 adjustJointly(std::vector<Eigen::Isometry3d> poses,

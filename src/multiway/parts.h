@@ -30,8 +30,10 @@ splitUnconnected(Assembly& assembly,
                  const ChoiceConfig& config);
 
 /** \brief Scans of a part that hang in what the others saw to be free: each against all others, the worst one first,
- * until none that is left contradicts more than it matches. \param[in] pairs all of \p members, with their evidence
- * \param[in] contradiction_weight of surface in free space \return in the order of \p members
+ * until none that is left contradicts more than it matches.
+ * \param[in] pairs all of \p members, with their evidence
+ * \param[in] contradiction_weight of surface in free space
+ * \return in the order of \p members
  */
 std::vector<int>
 findHanging(const std::vector<int>& members,
@@ -44,7 +46,8 @@ findHanging(const std::vector<int>& members,
  * Nobody sets up a scanner there so often: rooms alike, scanned from the same place, are laid onto one another.
  * \param[in] stations places of the sensors of \p members in the map [m]
  * \param[in] within distance of two sensors that are at one place [m]
- * \param[in] pairs of \p members, with their evidence \return ascending
+ * \param[in] pairs of \p members, with their evidence
+ * \return ascending
  */
 std::vector<int>
 findSameStations(const std::vector<int>& members,

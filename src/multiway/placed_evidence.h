@@ -17,7 +17,8 @@ namespace pcl_ssfr {
 /// What the surfaces of scans say of where a map puts them.
 class PlacedEvidence {
 public:
-  /// All must outlive it. \param[in] places of the sensors in the frames of their scans [m]
+  /// All must outlive it.
+  /// \param[in] places of the sensors in the frames of their scans [m]
   PlacedEvidence(const MapInput& input, const MultiwayMap& map, const std::vector<Eigen::Vector3d>& places);
 
   /// Of two scans at a pose; none in a large job where they are too far from each other to share anything.

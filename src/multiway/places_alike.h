@@ -31,7 +31,8 @@ struct Doubt {
  */
 class PlacesAlike {
 public:
-  /// All must outlive it. \param[in] places of the sensors in the frames of their scans [m]
+  /// All must outlive it.
+  /// \param[in] places of the sensors in the frames of their scans [m]
   PlacesAlike(const MapInput& input,
               const std::vector<PairLink>& links,
               const MultiwayMap& map,

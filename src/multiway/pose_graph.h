@@ -28,8 +28,9 @@ struct PoseGraphOptions {
 };
 
 /** \brief The poses that agree best with the edges, each weighted by its information (robust least squares).
- * \param[in] poses start, T_map_scan of each scan \param[in] fixed the scans whose poses are kept, at least one of each
- * part that edges connect, or the part may move as a whole
+ * \param[in] poses start, T_map_scan of each scan
+ * \param[in] fixed the scans whose poses are kept, at least one of each part that edges connect, or the part may move
+ * as a whole
  * \return poses; those of scans without edges are kept
  */
 std::vector<Eigen::Isometry3d>

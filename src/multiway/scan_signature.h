@@ -19,7 +19,8 @@ namespace pcl_ssfr {
  *
  * A histogram of the distances across each two places of the scan with parallel normals, of either sign; the square
  * roots of the shares, so that a few large planes do not outweigh all others. Zero for a scan without parallel places.
- * \param[in] votes places that stand for all of the scan \param[in] scale of the scene: multiplies every length
+ * \param[in] votes places that stand for all of the scan
+ * \param[in] scale of the scene: multiplies every length
  */
 Eigen::VectorXf
 signatureOf(const VotingSamples& votes, double scale, const CandidateConfig& config);

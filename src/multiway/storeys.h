@@ -43,7 +43,8 @@ findUp(const std::vector<StoreyScan>& scans, const AliasConfig& config);
  * them agree in every loop. What gives it away is the way between them, if it was scanned: in such a map stairs lead up
  * to nowhere, and others lead down to nowhere, or scans that belong to the way stand apart. That is so as well where a
  * single storey was scanned and a few steps of both stairs: the scans do not tell, and neither is assumed.
- * \param[in] scans of the part \param[in] others whether usable scans of the job are not placed in it
+ * \param[in] scans of the part
+ * \param[in] others whether usable scans of the job are not placed in it
  */
 std::optional<StoreyDoubt>
 findStoreyDoubt(const std::vector<StoreyScan>& scans,

@@ -84,8 +84,8 @@ public:
 
   PatchIndex() = default;
 
-  /** \param[in] patches the patches \param[in] voxel wanted edge of a voxel [m]; grows where the grid would have more
-   * than \p max_voxels
+  /** \param[in] patches the patches
+   * \param[in] voxel wanted edge of a voxel [m]; grows where the grid would have more than \p max_voxels
    */
   PatchIndex(const PlanarPatches& patches, double voxel, std::size_t max_voxels = std::size_t{1} << 21);
 

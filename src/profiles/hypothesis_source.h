@@ -34,8 +34,10 @@ struct HypothesisBatch {
  */
 class HypothesisSource {
 public:
-  /// \param[in] pair must outlive it \param[in] guess between the inner frames, may be absent
-  /// \param[in] stages where what was done is reported \param[in,out] trace may be null
+  /// \param[in] pair must outlive it
+  /// \param[in] guess between the inner frames, may be absent
+  /// \param[in] stages where what was done is reported
+  /// \param[in,out] trace may be null
   HypothesisSource(const PatchPair& pair,
                    const std::optional<Eigen::Isometry3d>& guess,
                    StageLog& stages,

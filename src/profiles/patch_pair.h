@@ -21,7 +21,8 @@ namespace pcl_ssfr {
  */
 class PatchPair {
 public:
-  /// Scans and options must outlive it. \param[in] guess between the scans' own frames, may be nullptr
+  /// Scans and options must outlive it.
+  /// \param[in] guess between the scans' own frames, may be nullptr
   PatchPair(const PatchScan& source,
             const PatchScan& target,
             const Options& options,

@@ -130,9 +130,12 @@ public:
   EquationStatisticsSum(std::size_t source_patches, std::size_t target_patches, double scale);
 
   /** \brief Add a match.
-   * \param[in] source_patch patch of the source that it involves: of the place, or the plane \param[in] target_patch
-   * the same of the target \param[in] p place relative to the centre [m] \param[in] n unit normal of the plane
-   * \param[in] r distance along it [m] \param[in] weight before the robust one
+   * \param[in] source_patch patch of the source that it involves: of the place, or the plane
+   * \param[in] target_patch the same of the target
+   * \param[in] p place relative to the centre [m]
+   * \param[in] n unit normal of the plane
+   * \param[in] r distance along it [m]
+   * \param[in] weight before the robust one
    * \param[in] share of its curvature that counts, [0, 1]; it scatters all the same
    */
   void

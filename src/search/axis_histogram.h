@@ -22,7 +22,8 @@ double
 boundBinWidth(double bin_width, const OrientedSamples& source, const OrientedSamples& target, Eigen::Index max_bins);
 
 /** \brief Project the samples whose normal is parallel to \p axis on it and bin them by weight (METHOD stage 10).
- * \param[in] samples points and normals in one frame \param[in] axis unit vector in that frame
+ * \param[in] samples points and normals in one frame
+ * \param[in] axis unit vector in that frame
  */
 AxisHistogram
 projectOnAxis(const OrientedSamples& samples, const Eigen::Vector3d& axis, const HistogramOptions& options);

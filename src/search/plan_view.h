@@ -51,7 +51,8 @@ struct PlanMatch {
  *
  * Two elements meet where the shift lays one on the other to a cell and their normals face the same way within 22
  * degrees. Computed on elements, not on images: N_s N_t / 8 additions.
- * \param[in] turn of the source [rad] \param[in] rise of the source along the axis [m]
+ * \param[in] turn of the source [rad]
+ * \param[in] rise of the source along the axis [m]
  * \param[in] most matches that are returned
  * \return highest score first; among equal ones in the order of their shifts. Empty when nothing meets
  */
@@ -63,7 +64,8 @@ correlatePlanViews(const PlanView& source,
                    const PlanCorrelationOptions& options,
                    int most);
 
-/// The pose that a match means. \param[in] rise of the source along the axis [m]
+/// The pose that a match means.
+/// \param[in] rise of the source along the axis [m]
 Eigen::Isometry3d
 poseOf(const PlanView& source, const PlanView& target, const PlanMatch& match, double rise);
 

@@ -91,7 +91,8 @@ struct AxisCorrelation {
 };
 
 /** \brief Correlate the scans along an axis; opposite faces are kept apart, their correlations added.
- * \param[in] source_axis the axis in the source frame, unit \param[in] target_axis the same in the target frame
+ * \param[in] source_axis the axis in the source frame, unit
+ * \param[in] target_axis the same in the target frame
  */
 AxisCorrelation
 correlateAlongAxis(const OrientedSamples& source,

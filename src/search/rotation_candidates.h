@@ -53,7 +53,9 @@ proposeRotations(const std::vector<MainNormal>& source,
  * do not tell the rotation about it (one plane with things on it, a round hall).
  *
  * Each of the axes of the source is laid on each of those of the target; of rotations that meet, the first is kept.
- * \param[in] source_axes unit directions \param[in] target_axes unit directions \param[in] steps around, >= 1
+ * \param[in] source_axes unit directions
+ * \param[in] target_axes unit directions
+ * \param[in] steps around, >= 1
  * \return empty when there is no axis in either scan; source_pair and target_pair name the axis first, then -1
  */
 std::vector<RotationCandidate>

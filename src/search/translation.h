@@ -43,7 +43,8 @@ composeShifts(const Eigen::Matrix3d& axes, const Eigen::Vector3d& shifts);
 
 /** \brief Translation of the already rotated source by the highest correlation peak along each axis.
  *
- * \param[in] rotated_source the source samples in the orientation of the target \param[in] target the target samples
+ * \param[in] rotated_source the source samples in the orientation of the target
+ * \param[in] target the target samples
  * \param[in] coarse when given, shifts are only searched within \p half_range [m] of its shifts (METHOD stage 13)
  * \param[in] smooth_half_window bins of the mean filter on both histograms, 0: none (METHOD stage 13)
  */

@@ -32,7 +32,8 @@ struct ScanDrawing {
   double cell;      ///< [rad] of the range image
 };
 
-/// A scan of rectangles by a sensor in its own frame. \param[in] main_normals in that frame
+/// A scan of rectangles by a sensor in its own frame.
+/// \param[in] main_normals in that frame
 inline SearchedScan
 makeSearchedScan(const std::vector<Rectangle>& rectangles,
                  const Eigen::Isometry3d& T_world_sensor,

@@ -67,8 +67,10 @@ public:
   /** \brief Prepare scans, as many at a time as there are threads; no more of them are in memory.
    *
    * A scan that cannot be loaded, is empty or says nothing is kept as a row with a reason. Of scans with the same
-   * points the first one is registered, and the others get its pose. \param[in] names of the scans, each another one
-   * \param[in] load called once for each, from several threads \param[in] progress called after each scan; empty: not
+   * points the first one is registered, and the others get its pose.
+   * \param[in] names of the scans, each another one
+   * \param[in] load called once for each, from several threads
+   * \param[in] progress called after each scan; empty: not
    * \throw std::invalid_argument when a name is empty or not
    * new
    */
@@ -105,7 +107,8 @@ public:
 
   /** \brief Keep everything in a database: links are written as they are found and taken from it where the scans and
    * the options are the same, so that a run that was killed goes on and a change of mind costs seconds.
-   * \param[in] file of SQLite, made when there is none \param[in] resume false: what the file holds is dropped
+   * \param[in] file of SQLite, made when there is none
+   * \param[in] resume false: what the file holds is dropped
    * \throw std::runtime_error naming the file when it cannot be opened or is no project
    */
   void
