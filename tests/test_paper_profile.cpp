@@ -311,7 +311,7 @@ TEST(PaperProfile, UnknownViewpointGivesUnsignedNormals)
 
 TEST(PaperProfile, ConstantsOf2019WorkToo)
 {
-  const ScanPair pair = makeRoomPair(0.0262); // of finer scans these constants keep many times more samples
+  const ScanPair pair = makeRoomPair(0.0349); // of finer scans these constants keep many times more samples
   Options options = makePaper2019Options();
   options.threads = 2;
   options.normal_radius = 0.15;
