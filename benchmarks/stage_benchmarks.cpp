@@ -212,7 +212,7 @@ patches(benchmark::State& state, const Pair& pair)
   const Cloud::Ptr points = cloudOf(cloud.points);
   measure(
       state,
-      [&] { benchmark::DoNotOptimize(extractPatches(cloud, &viewpoint, kThickness, PatchOptions())); },
+      [&] { benchmark::DoNotOptimize(extractPatches(cloud, &viewpoint, kThickness, PatchConfig())); },
       countOf(cloud.size()),
       [&] { estimateNormalsWithPcl(points, 0); });
 }

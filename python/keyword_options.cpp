@@ -37,15 +37,6 @@ constexpr std::pair<const char*, double Options::*> kNumbers[] = {{"normal_radiu
                                                                   {"min_confidence", &Options::min_confidence}};
 constexpr std::pair<const char*, int Options::*> kCounts[] = {{"max_refinement_steps", &Options::max_refinement_steps},
                                                               {"max_candidates", &Options::max_candidates}};
-constexpr std::pair<const char*, double PatchOptions::*> kPatchNumbers[] = {
-    {"patches.thickness", &PatchOptions::thickness},
-    {"patches.range_noise", &PatchOptions::range_noise},
-    {"patches.max_flatness", &PatchOptions::max_flatness}};
-constexpr std::pair<const char*, int PatchOptions::*> kPatchCounts[] = {
-    {"patches.finest_level", &PatchOptions::finest_level},
-    {"patches.coarsest_level", &PatchOptions::coarsest_level},
-    {"patches.min_points", &PatchOptions::min_points}};
-
 std::invalid_argument
 wrong(const std::string& name, const py::handle& value, const std::string& bound)
 {
@@ -169,12 +160,7 @@ setTunedNumbers(const py::handle& numbers, Options& options)
     throw wrong("numbers", numbers, "be a dict");
   for (const auto& [key, value] : py::reinterpret_borrow<py::dict>(numbers)) {
     const auto name = py::str(key).cast<std::string>();
-    if (const auto* number = findIn(kPatchNumbers, name))
-      options.patches.** number = numberFrom(name, value);
-    else if (const auto* count = findIn(kPatchCounts, name))
-      options.patches.** count = countFrom(name, value);
-    else
-      setNumber(options.patch_profile, name, numberFrom(name, value));
+    setNumber(options.patch_profile, name, numberFrom(name, value));
   }
 }
 
@@ -238,13 +224,9 @@ keywordsOf(const Options& options)
 py::dict
 defaultNumbers()
 {
-  Options options = makeOptions(Profile::Default);
+  PatchProfileConfig config;
   py::dict numbers;
-  for (const auto& [name, number] : kPatchNumbers)
-    numbers[name] = options.patches.*number;
-  for (const auto& [name, count] : kPatchCounts)
-    numbers[name] = options.patches.*count;
-  for (const ConfigNumber& number : numbersOf(options.patch_profile)) {
+  for (const ConfigNumber& number : numbersOf(config)) {
     const py::str name{std::string(number.name)};
     if (number.count)
       numbers[name] = *number.count;

@@ -13,7 +13,7 @@ namespace python {
 /** \brief Options from keywords by the names of the library; angles in degrees, as on the outside of all programs.
  *
  * The names are those of keywordsOf(), and "numbers": a dict of the tuned numbers of the default profile by their names
- * (numberNames()) and of the fields of PatchOptions ("patches.thickness").
+ * (numberNames()).
  * \param[in] keywords needs the interpreter
  * \param[in] base what is not named; replaced by that of the profile where one is named
  * \throw std::invalid_argument that names the keyword and its value; of the library where the value is out of range

@@ -444,6 +444,47 @@ TEST(JointAdjustment, aPatchErrsOnceForAllPairsThatItTakesPartIn)
   EXPECT_LT(mean, 1.3);
 }
 
+TEST(JointAdjustment, longRowsBendAsTheirLinksSay)
+{
+  // Each of 300 scans 2 m behind the one before, its heading by a ten-thousandth off: the last one by 0.03 in all. They
+  // start in a straight row, as a damping that is too strong leaves them.
+  constexpr int kScans = 300;
+  constexpr double kBend = 1e-4; // [rad]
+  std::vector<Eigen::Isometry3d> row;
+  std::vector<std::pair<int, int>> pairs;
+  for (int i = 0; i < kScans; ++i) {
+    row.emplace_back(Eigen::Translation3d(2 * i, 0, 0));
+    if (i > 0)
+      pairs.emplace_back(i, i - 1);
+  }
+  const Eigen::Isometry3d wanted = Eigen::Translation3d(2, 0, 0) * Eigen::AngleAxisd(kBend, Eigen::Vector3d::UnitZ());
+  const EquationsFunction equations = [&](std::size_t, const Eigen::Isometry3d& T) {
+    const Eigen::Isometry3d off = T * wanted.inverse();
+    const Eigen::AngleAxisd rotation(off.linear());
+    SurfaceEquations e;
+    e.hessian.diagonal() << 1e4, 1e4, 1e4, 100, 100, 100; // surfaces 10 m away
+    e.curvature = e.hessian;
+    e.gradient << 1e4 * rotation.angle() * rotation.axis(), 100 * off.translation();
+    e.weight = 100;
+    return e;
+  };
+  const PatchGradientsFunction no_patches = [](std::size_t, const Eigen::Isometry3d&, bool) {
+    return PatchGradients{PatchGradients::Columns(6, 0), PatchGradients::Columns(6, 0)};
+  };
+  const auto lastHeading = [&](bool by_candidates) {
+    AdjustmentConfig config;
+    config.damping = dampingOf(config, kScans, by_candidates);
+    const std::vector<Eigen::Vector3d> places(kScans, Eigen::Vector3d::Zero());
+    const JointAdjustment adjusted = adjustJointly(row, pairs, {0}, places, equations, no_patches, config, 1);
+    return std::atan2(adjusted.poses.back().linear()(1, 0), adjusted.poses.back().linear()(0, 0));
+  };
+  EXPECT_NEAR(lastHeading(true), (kScans - 1) * kBend, 0.01 * kScans * kBend);
+  EXPECT_LT(lastHeading(false), 0.9 * kScans * kBend); // in a job of all pairs no part is such a row
+
+  EXPECT_EQ(dampingOf(AdjustmentConfig(), 10, true), AdjustmentConfig().damping);
+  EXPECT_EQ(dampingOf(AdjustmentConfig(), 1000, false), AdjustmentConfig().damping);
+}
+
 TEST(JointAdjustment, whatNothingDeterminesStays)
 {
   const MadeUpJob job(3);

@@ -140,9 +140,14 @@ TEST(Options, RealNumbersOutOfRangeAreNamed)
       {"overlap_radius", PCL_SSFR_SET(overlap_radius), {-1, kNan, kInfinity}, {0, 1}},
       {"time_limit", PCL_SSFR_SET(time_limit), {-1, kNan, kInfinity}, {0, 0.5}},
       {"min_confidence", PCL_SSFR_SET(min_confidence), {-tiny, 1 + tiny, kNan}, {0, 1}},
-      {"patches.thickness", PCL_SSFR_SET(patches.thickness), {-1, kNan}, {0, 0.1}},
-      {"patches.range_noise", PCL_SSFR_SET(patches.range_noise), {-1, kNan}, {0, 0.1}},
-      {"patches.max_flatness", PCL_SSFR_SET(patches.max_flatness), {0, 1, kNan}, {0.01, 0.99}},
+      {"preparation.patches.range_noise",
+       PCL_SSFR_SET(patch_profile.preparation.patches.range_noise),
+       {-1, kNan},
+       {0, 0.1}},
+      {"preparation.patches.max_flatness",
+       PCL_SSFR_SET(patch_profile.preparation.patches.max_flatness),
+       {0, 1, kNan},
+       {0.01, 0.99}},
       {"paper.normals.pre_leaf", PCL_SSFR_SET(paper.normals.pre_leaf), {-1, kNan}, {0, 1}},
       {"paper.normals.radius", PCL_SSFR_SET(paper.normals.radius), {-1, kNan}, {0, 1}},
       {"paper.normals.leaf", PCL_SSFR_SET(paper.normals.leaf), {-1, kNan}, {0, 1}},
@@ -195,9 +200,12 @@ TEST(Options, WholeNumbersOutOfRangeAreNamed)
   check<int>({
       {"max_refinement_steps", PCL_SSFR_SET(max_refinement_steps), {0, -5}, {1}},
       {"max_candidates", PCL_SSFR_SET(max_candidates), {0, -5}, {1}},
-      {"patches.finest_level", PCL_SSFR_SET(patches.finest_level), {-1, 20}, {0}},
-      {"patches.coarsest_level", PCL_SSFR_SET(patches.coarsest_level), {2, 20}, {3, 19}}, // finest level is 3
-      {"patches.min_points", PCL_SSFR_SET(patches.min_points), {2}, {3}},
+      {"preparation.patches.finest_level", PCL_SSFR_SET(patch_profile.preparation.patches.finest_level), {-1, 20}, {0}},
+      {"preparation.patches.coarsest_level",
+       PCL_SSFR_SET(patch_profile.preparation.patches.coarsest_level),
+       {2, 20},
+       {3, 19}}, // finest level is 3
+      {"preparation.patches.min_points", PCL_SSFR_SET(patch_profile.preparation.patches.min_points), {2}, {3}},
       {"paper.density.max_regions", PCL_SSFR_SET(paper.density.max_regions), {0}, {1}},
       {"paper.density.max_queries", PCL_SSFR_SET(paper.density.max_queries), {-1}, {0, 1}},
       {"paper.density.max_region_points", PCL_SSFR_SET(paper.density.max_region_points), {0}, {1}},
@@ -232,12 +240,12 @@ TEST(SamePreparation, EveryOptionThatThePreparationReadsCounts)
       PCL_SSFR_CHANGE(leaf, 0.1),
   };
   const std::vector<Change> patches = {
-      PCL_SSFR_CHANGE(patches.thickness, 0.02),
-      PCL_SSFR_CHANGE(patches.range_noise, 0.002),
-      PCL_SSFR_CHANGE(patches.max_flatness, 0.2),
-      PCL_SSFR_CHANGE(patches.finest_level, 2),
-      PCL_SSFR_CHANGE(patches.coarsest_level, 5),
-      PCL_SSFR_CHANGE(patches.min_points, 6),
+      PCL_SSFR_CHANGE(patch_profile.preparation.thickness, 0.02),
+      PCL_SSFR_CHANGE(patch_profile.preparation.patches.range_noise, 0.002),
+      PCL_SSFR_CHANGE(patch_profile.preparation.patches.max_flatness, 0.2),
+      PCL_SSFR_CHANGE(patch_profile.preparation.patches.finest_level, 2),
+      PCL_SSFR_CHANGE(patch_profile.preparation.patches.coarsest_level, 5),
+      PCL_SSFR_CHANGE(patch_profile.preparation.patches.min_points, 6),
   };
   const std::vector<Change> paper = {
       PCL_SSFR_CHANGE(paper.normals.pre_leaf, 0.02),

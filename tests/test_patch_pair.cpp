@@ -314,7 +314,7 @@ TEST_F(PatchPairOfARoom, NoisyScansMatchFartherThinPatchesNoNearer)
   EXPECT_DOUBLE_EQ(matchOf(usual), EvidenceConfig().match);
   EXPECT_DOUBLE_EQ(matchOf(3 * usual), 3 * EvidenceConfig().match);
   PatchScan thin = *source_;
-  thin.thickness = usual / 2; // PatchOptions::thickness
+  thin.thickness = usual / 2; // of a scan prepared with another PreparationConfig::thickness
   const PatchPair scans(thin, thin, options_, nullptr, Deadline());
   EXPECT_DOUBLE_EQ(scans.config().judgement.evidence.match, EvidenceConfig().match);
 }

@@ -61,7 +61,7 @@ TEST(ExtractPatches, OnePlaneByHand)
   const ThinnedCloud cloud = thin(points);
   ASSERT_EQ(cloud.size(), 64 * 64);
   const Eigen::Vector3d viewpoint(1, 1, -2);
-  const PlanarPatches patches = extractPatches(cloud, &viewpoint, kThickness, PatchOptions());
+  const PlanarPatches patches = extractPatches(cloud, &viewpoint, kThickness, PatchConfig());
   ASSERT_EQ(patches.size(), 1);
   EXPECT_TRUE(patches.samples.oriented);
   EXPECT_TRUE(patches.samples.points.col(0).isApprox(Eigen::Vector3d(1.6, 1.6, 0.52), 1e-6));
@@ -75,43 +75,43 @@ TEST(ExtractPatches, OnePlaneByHand)
   EXPECT_EQ(patches.first_point, std::vector<std::uint32_t>{0});
   EXPECT_TRUE(patches.clutter.empty());
   const Eigen::Vector3d above(1, 1, 5);
-  EXPECT_GT(extractPatches(cloud, &above, kThickness, PatchOptions()).samples.normals(2, 0), 0.999);
+  EXPECT_GT(extractPatches(cloud, &above, kThickness, PatchConfig()).samples.normals(2, 0), 0.999);
 }
 
 TEST(ExtractPatches, TellsHowFarAPatchFacesItsSensor)
 {
   const ThinnedCloud cloud = thin(gridOnPlane(64, 0.52f));
   const auto facing = [&](const Eigen::Vector3d& viewpoint) {
-    return extractPatches(cloud, &viewpoint, kThickness, PatchOptions()).samples.facing[0];
+    return extractPatches(cloud, &viewpoint, kThickness, PatchConfig()).samples.facing[0];
   };
   EXPECT_NEAR(facing({1.6, 1.6, -2}), 1, 1e-6);
   EXPECT_NEAR(facing({1.6, 1.6, 7}), 1, 1e-6);
   EXPECT_NEAR(facing({1.6 - 3, 1.6, 0.52 + 4}), 0.8, 1e-6);
   EXPECT_NEAR(facing({-9, 4, 0.52}), 0, 1e-6); // in the plane
-  EXPECT_EQ(extractPatches(cloud, nullptr, kThickness, PatchOptions()).samples.facing[0], 1);
+  EXPECT_EQ(extractPatches(cloud, nullptr, kThickness, PatchConfig()).samples.facing[0], 1);
 }
 
 TEST(ExtractPatches, SideFromTheCloudsNormalsWhereTheViewpointIsUnknown)
 {
   const Eigen::Matrix3Xf points = gridOnPlane(64, 0.52f);
-  EXPECT_FALSE(extractPatches(thin(points), nullptr, kThickness, PatchOptions()).samples.oriented);
+  EXPECT_FALSE(extractPatches(thin(points), nullptr, kThickness, PatchConfig()).samples.oriented);
   Eigen::Matrix3Xf normals = Eigen::Vector3f(0, 0, -1).replicate(1, points.cols());
   ScanView view = viewOfPoints(points);
   view.normals = normals.data();
   PlanarPatches patches =
-      extractPatches(thinScan(view, kLeaf, Eigen::Vector3d::Zero()), nullptr, kThickness, PatchOptions());
+      extractPatches(thinScan(view, kLeaf, Eigen::Vector3d::Zero()), nullptr, kThickness, PatchConfig());
   EXPECT_TRUE(patches.samples.oriented);
   EXPECT_LT(patches.samples.normals(2, 0), -0.999);
   for (Eigen::Index i = 0; i < normals.cols(); i += 2) // normals that do not agree tell nothing
     normals(2, i) = 1;
-  patches = extractPatches(thinScan(view, kLeaf, Eigen::Vector3d::Zero()), nullptr, kThickness, PatchOptions());
+  patches = extractPatches(thinScan(view, kLeaf, Eigen::Vector3d::Zero()), nullptr, kThickness, PatchConfig());
   EXPECT_FALSE(patches.samples.oriented);
 }
 
 /// The subdivision written down naively: cell by cell from the codes, two-pass covariances.
 struct NaiveSubdivision {
   const ThinnedCloud& cloud;
-  const PatchOptions& options;
+  const PatchConfig& options;
   Eigen::Vector3d viewpoint;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> patches; // first point, count
   std::vector<std::uint32_t> clutter;
@@ -157,7 +157,7 @@ TEST(ExtractPatches, AgreesWithNaiveSubdivision)
 {
   for (const std::uint64_t seed : {1U, 2U}) {
     const ThinnedCloud cloud = thin(noisyRoom(seed));
-    PatchOptions options;
+    PatchConfig options;
     options.finest_level = seed == 1 ? 3 : 2;
     const Eigen::Vector3d viewpoint(0.2, -0.1, 0.3);
     NaiveSubdivision naive{cloud, options, viewpoint, {}, {}};
@@ -177,7 +177,7 @@ TEST(ExtractPatches, EveryPatchDescribesItsPoints)
 {
   const ThinnedCloud cloud = thin(noisyRoom(3));
   const Eigen::Vector3d viewpoint(0.2, -0.1, 0.3);
-  const PlanarPatches patches = extractPatches(cloud, &viewpoint, kThickness, PatchOptions());
+  const PlanarPatches patches = extractPatches(cloud, &viewpoint, kThickness, PatchConfig());
   for (Eigen::Index i = 0; i < patches.size(); ++i) {
     const auto u = static_cast<std::size_t>(i);
     const Eigen::MatrixXd p = cloud.points.middleCols(patches.first_point[u], patches.counts[u]).cast<double>();
@@ -211,7 +211,7 @@ TEST(ExtractPatches, ThickOrRoundIsClutter)
     ball.col(i) << static_cast<float>(random.uniform(0, 1)), static_cast<float>(random.uniform(0, 1)),
         static_cast<float>(random.uniform(0, 1));
   const ThinnedCloud cloud = thin(ball);
-  const PlanarPatches patches = extractPatches(cloud, nullptr, kThickness, PatchOptions());
+  const PlanarPatches patches = extractPatches(cloud, nullptr, kThickness, PatchConfig());
   EXPECT_EQ(patches.size(), 0);
   EXPECT_EQ(patches.clutter.size(), static_cast<std::size_t>(cloud.size()));
 }
@@ -222,30 +222,30 @@ TEST(ExtractPatches, LineIsNoPlane)
   Eigen::Matrix3Xf line(3, 2000);
   for (Eigen::Index i = 0; i < line.cols(); ++i)
     line.col(i) = Eigen::Vector3f(0.31f, 0.17f, 0) + static_cast<float>(i) * 0.005f * Eigen::Vector3f(0.6f, 0.8f, 0);
-  const PlanarPatches flat = extractPatches(thin(line), nullptr, kThickness, PatchOptions());
+  const PlanarPatches flat = extractPatches(thin(line), nullptr, kThickness, PatchConfig());
   EXPECT_EQ(flat.size(), 0);
   line = Eigen::Matrix3Xf(Eigen::Quaternionf(0.3f, 0.5f, -0.2f, 0.7f).normalized().toRotationMatrix() * line);
-  EXPECT_EQ(extractPatches(thin(line), nullptr, kThickness, PatchOptions()).size(), 0);
+  EXPECT_EQ(extractPatches(thin(line), nullptr, kThickness, PatchConfig()).size(), 0);
 }
 
 TEST(ExtractPatches, Degenerate)
 {
   const Eigen::Vector3d viewpoint(0, 0, 0);
-  const PlanarPatches none = extractPatches(ThinnedCloud(), &viewpoint, kThickness, PatchOptions());
+  const PlanarPatches none = extractPatches(ThinnedCloud(), &viewpoint, kThickness, PatchConfig());
   EXPECT_EQ(none.size(), 0);
   EXPECT_EQ(none.samples.normals.cols(), 0);
   EXPECT_TRUE(none.clutter.empty());
   const Eigen::Matrix3Xf same = Eigen::Matrix3Xf::Constant(3, 100, 1.f);
-  EXPECT_EQ(extractPatches(thin(same), &viewpoint, kThickness, PatchOptions()).clutter.size(), 1U);
+  EXPECT_EQ(extractPatches(thin(same), &viewpoint, kThickness, PatchConfig()).clutter.size(), 1U);
   const Eigen::Matrix3Xf nans = Eigen::Matrix3Xf::Constant(3, 100, kNan);
-  EXPECT_EQ(extractPatches(thin(nans), &viewpoint, kThickness, PatchOptions()).size(), 0);
+  EXPECT_EQ(extractPatches(thin(nans), &viewpoint, kThickness, PatchConfig()).size(), 0);
   // Identical points that were not thinned: no extent at all.
   ThinnedCloud identical;
   identical.leaf = kLeaf;
   identical.points = Eigen::Matrix3Xf::Constant(3, 50, 0.7f);
   identical.codes.assign(50, 5);
   identical.counts.assign(50, 1);
-  EXPECT_EQ(extractPatches(identical, &viewpoint, kThickness, PatchOptions()).size(), 0);
+  EXPECT_EQ(extractPatches(identical, &viewpoint, kThickness, PatchConfig()).size(), 0);
 }
 
 TEST(ExtractPatches, FarFromTheOrigin)
@@ -255,8 +255,8 @@ TEST(ExtractPatches, FarFromTheOrigin)
   Eigen::Matrix3Xf far = points;
   far.colwise() += Eigen::Vector3f(19200, -19200, 9600);
   const ThinnedCloud near_cloud = thin(points), far_cloud = thin(far);
-  const PlanarPatches patches = extractPatches(far_cloud, nullptr, kThickness, PatchOptions());
-  EXPECT_EQ(patches.size(), extractPatches(near_cloud, nullptr, kThickness, PatchOptions()).size());
+  const PlanarPatches patches = extractPatches(far_cloud, nullptr, kThickness, PatchConfig());
+  EXPECT_EQ(patches.size(), extractPatches(near_cloud, nullptr, kThickness, PatchConfig()).size());
   ASSERT_EQ(patches.size(), 1);
   EXPECT_NEAR(std::abs(patches.samples.normals(2, 0)), 1, 1e-5);
 }
@@ -268,7 +268,7 @@ TEST(ExtractPatches, SurvivesExtremeNumbers)
     const ThinnedCloud cloud = thin(points, kLeaf * static_cast<double>(scale));
     const Eigen::Vector3d viewpoint = Eigen::Vector3d::Constant(static_cast<double>(scale));
     const PlanarPatches patches =
-        extractPatches(cloud, &viewpoint, kThickness * static_cast<double>(scale), PatchOptions());
+        extractPatches(cloud, &viewpoint, kThickness * static_cast<double>(scale), PatchConfig());
     std::size_t points_out = patches.clutter.size();
     for (const std::uint32_t count : patches.counts)
       points_out += count;

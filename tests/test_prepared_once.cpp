@@ -177,7 +177,7 @@ TEST_F(PreparedOnceSettings, ThoseOfThePreparationAreSeen)
       {"setDensityRadius", [&] { registration_.setDensityRadius(0.05); }},
       {"setViewpointMode", [&] { registration_.setViewpointMode(ViewpointMode::SensorOrigin); }},
       {"leaf", [&] { change([](Options& options) { options.leaf = 0.06; }); }},
-      {"patches", [&] { change([](Options& options) { options.patches.min_points = 6; }); }},
+      {"patches", [&] { change([](Options& options) { options.patch_profile.preparation.patches.min_points = 6; }); }},
   };
   for (const auto& [name, set] : settings) {
     set();

@@ -41,7 +41,7 @@ makeScan(const std::vector<testing::Rectangle>& rectangles, const Eigen::Isometr
   Scan scan;
   scan.cloud = thinScan(viewOfPoints(points), kLeaf, Eigen::Vector3d::Zero());
   const Eigen::Vector3d viewpoint = Eigen::Vector3d::Zero();
-  PatchOptions options;
+  PatchConfig options;
   options.range_noise = 0;
   options.coarsest_level = 5;
   scan.patches = extractPatches(scan.cloud, &viewpoint, kThickness, options);

@@ -5,6 +5,8 @@
 
 #include "common/parallel.h"
 
+#include <pcl_ssfr/patch_config.h>
+
 #include <pcl/search/kdtree.h>
 
 #include <Eigen/Eigenvalues>
@@ -17,10 +19,8 @@ namespace apps {
 
 namespace {
 
-constexpr std::size_t kMinPoints = 5; ///< of a plane, as PatchOptions::min_points
-constexpr double kMaxFlatness = 0.3;  ///< thickness over the second extent, as PatchOptions::max_flatness
-constexpr double kMinWidth = 1e-3;    ///< of a plane over its length: rounding alone gives a line some width
-constexpr std::int64_t kBlock = 64;   ///< points that a thread takes at a time
+constexpr double kMinWidth = 1e-3;  ///< of a plane over its length: rounding alone gives a line some width
+constexpr std::int64_t kBlock = 64; ///< points that a thread takes at a time
 
 } // namespace
 
@@ -29,6 +29,7 @@ planarPoints(const MethodCloud& cloud, const Eigen::Vector3d& sensor, double rad
 {
   if (cloud.empty())
     return pcl::make_shared<MethodCloud>();
+  const PatchConfig patch; // what is a plane there is one here
   pcl::search::KdTree<MethodPoint> tree;
   tree.setInputCloud(cloud.makeShared());
   MethodCloud points = cloud;
@@ -38,7 +39,7 @@ planarPoints(const MethodCloud& cloud, const Eigen::Vector3d& sensor, double rad
     pcl::Indices near;
     std::vector<float> squares;
     tree.radiusSearch(point, radius, near, squares);
-    if (near.size() < kMinPoints)
+    if (near.size() < static_cast<std::size_t>(patch.min_points))
       return;
     Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
     Eigen::Vector3d mean = Eigen::Vector3d::Zero();
@@ -52,7 +53,7 @@ planarPoints(const MethodCloud& cloud, const Eigen::Vector3d& sensor, double rad
     mean /= n;
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(sum / n - mean * mean.transpose());
     const Eigen::Vector3d variances = solver.eigenvalues().cwiseMax(0);
-    if (variances[0] > thickness * thickness || variances[0] > kMaxFlatness * kMaxFlatness * variances[1] ||
+    if (variances[0] > thickness * thickness || variances[0] > patch.max_flatness * patch.max_flatness * variances[1] ||
         variances[1] <= kMinWidth * kMinWidth * variances[2])
       return;
     const Eigen::Vector3d normal = solver.eigenvectors().col(0);

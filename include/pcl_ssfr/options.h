@@ -42,16 +42,6 @@ struct GuessTolerance {
   double translation = 1; ///< distance between where the poses put the source's sensor [m], > 0
 };
 
-/// Options of the planar patches (docs/METHOD.md, Patches). A length of 0 is chosen from the data.
-struct PatchOptions {
-  double thickness = 0;       ///< largest standard deviation across the plane [m]; 0: from the scale of the scene
-  double range_noise = 0.001; ///< growth of the thickness with range [m/m], >= 0
-  double max_flatness = 0.3;  ///< thickness over the second extent (both standard deviations), (0, 1)
-  int finest_level = 3;       ///< finest cells have an edge of leaf * 2^finest_level, [0, 20)
-  int coarsest_level = 6;     ///< coarsest cells have an edge of leaf * 2^coarsest_level, [finest_level, 20)
-  int min_points = 5;         ///< fewest thinned points of a patch, >= 3
-};
-
 /// The options that affect the preparation of a scan. A prepared scan stays valid when only SearchOptions change.
 struct PreparationOptions {
   Profile profile = Profile::Default;                 ///< the method
@@ -86,7 +76,6 @@ struct SearchOptions {
  */
 struct Options : PreparationOptions, SearchOptions {
   unsigned threads = 1;             ///< 0: all processors, at most kMaxThreads; the result never depends on it
-  PatchOptions patches;             ///< planar patches; Profile::Default only
   PatchProfileConfig patch_profile; ///< tuned numbers of Profile::Default
   PaperOptions paper; ///< stages of Profile::Paper2017; the lengths above, where set, take precedence over its own
 };

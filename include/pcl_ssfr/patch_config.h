@@ -49,6 +49,15 @@ struct ViewpointSearchConfig {
   double contrast_distance = 5; ///< of these places from it [m]: at 3 wide streets have no contrast, at 8 no sensor has
 };
 
+/// Planar patches: octree cells that a plane fits (METHOD, "Patches").
+struct PatchConfig {
+  double range_noise = 0.001; ///< growth of the thickness with range [m/m]
+  double max_flatness = 0.3;  ///< thickness over the second extent (both standard deviations), (0, 1)
+  int finest_level = 3;       ///< finest cells have an edge of leaf * 2^finest_level, [0, 20)
+  int coarsest_level = 6;     ///< coarsest cells have an edge of leaf * 2^coarsest_level, [finest_level, 20)
+  int min_points = 5;         ///< fewest thinned points of a patch, >= 3
+};
+
 /** \brief Preparation of one scan in the default profile. Lengths are those at scale 1 [m], of rooms to streets; the
  * scale of the scene multiplies them once, see scaled().
  */
@@ -61,6 +70,7 @@ struct PreparationConfig {
   int min_points_per_cell = 12; ///< thinned points in the coarsest cell of a typical point; else the scale is doubled
 
   // Patches.
+  PatchConfig patches;       ///< their shape
   double leaf = 0.025;       ///< spacing of thinned points; patches have edges of 8 to 64 leaves [m]
   double thickness = 0.03;   ///< largest standard deviation across a patch of a scan of usual noise [m]
   double max_noise = 4;      ///< noisy scans may have patches up to so many times as thick

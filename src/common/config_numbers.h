@@ -16,9 +16,12 @@ enum class NumberBound {
   NotNegative,
   Positive,
   AtLeastOne,
-  Share,     ///< [0, 1]
-  Chord,     ///< of the unit sphere, (0, 1]
-  RightAngle ///< (0, pi/2]
+  AtLeastThree, ///< what a plane takes
+  Level,        ///< of the octree of a scan, [0, kMortonBits - 1)
+  Share,        ///< [0, 1]
+  OpenShare,    ///< (0, 1)
+  Chord,        ///< of the unit sphere, (0, 1]
+  RightAngle    ///< (0, pi/2]
 };
 
 /// What a number is multiplied by for a scene, see METHOD, "Scale".

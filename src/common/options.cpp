@@ -71,24 +71,6 @@ requireUnit(const char* name, const Eigen::Vector3d& value)
 }
 
 void
-validatePatches(const PatchOptions& options)
-{
-  requireNotNegative("patches.thickness", options.thickness);
-  requireNotNegative("patches.range_noise", options.range_noise);
-  requireCosine("patches.max_flatness", options.max_flatness);
-  const int levels = kMortonBits - 1; // finer than that, so that the octree has more than one cell along each axis
-  requireOption(options.finest_level >= 0 && options.finest_level < levels,
-                "patches.finest_level",
-                options.finest_level,
-                "be in [0, " + std::to_string(levels) + ')');
-  requireOption(options.coarsest_level >= options.finest_level && options.coarsest_level < levels,
-                "patches.coarsest_level",
-                options.coarsest_level,
-                "be in [finest_level, " + std::to_string(levels) + ')');
-  requireAtLeast("patches.min_points", options.min_points, 3);
-}
-
-void
 validateNormals(const NormalOptions& options)
 {
   requireNotNegative("paper.normals.pre_leaf", options.pre_leaf);
@@ -180,14 +162,6 @@ isEqual(const PreparationOptions& a, const PreparationOptions& b)
   const auto& [profile, viewpoint_mode, normal_radius, density_radius, leaf] = a;
   return std::tie(profile, viewpoint_mode, normal_radius, density_radius, leaf) ==
          std::tie(b.profile, b.viewpoint_mode, b.normal_radius, b.density_radius, b.leaf);
-}
-
-bool
-isEqual(const PatchOptions& a, const PatchOptions& b)
-{
-  const auto& [thickness, range_noise, max_flatness, finest_level, coarsest_level, min_points] = a;
-  return std::tie(thickness, range_noise, max_flatness, finest_level, coarsest_level, min_points) ==
-         std::tie(b.thickness, b.range_noise, b.max_flatness, b.finest_level, b.coarsest_level, b.min_points);
 }
 
 bool
@@ -285,9 +259,8 @@ makePaper2019Options()
 bool
 haveSamePreparation(const Options& a, const Options& b)
 {
-  return isEqual(a, b) && (a.profile == Profile::Paper2017
-                               ? isSamePreparation(a.paper, b.paper)
-                               : isEqual(a.patches, b.patches) && isSamePreparation(a.patch_profile, b.patch_profile));
+  return isEqual(a, b) && (a.profile == Profile::Paper2017 ? isSamePreparation(a.paper, b.paper)
+                                                           : isSamePreparation(a.patch_profile, b.patch_profile));
 }
 
 void
@@ -316,7 +289,6 @@ validate(const Options& options)
   }
   requireAtLeast("max_candidates", options.max_candidates, 1);
   requireShare("min_confidence", options.min_confidence);
-  validatePatches(options.patches);
   validate(options.patch_profile);
   validateNormals(options.paper.normals);
   validateDensity(options.paper.density);

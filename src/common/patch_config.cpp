@@ -6,6 +6,7 @@
 #include "common/angles.h"
 #include "common/config_numbers.h"
 #include "common/option_checks.h"
+#include "common/types.h"
 
 #include <algorithm>
 #include <cmath>
@@ -41,8 +42,15 @@ violatedBound(const ConfigNumber& number)
     return v > 0 && finite ? "" : "be positive and finite";
   case NumberBound::AtLeastOne:
     return v >= 1 && finite ? "" : "be at least 1";
+  case NumberBound::AtLeastThree:
+    return v >= 3 && finite ? "" : "be at least 3";
+  case NumberBound::Level: // finer than the code, so that the octree has more than one cell along each axis
+    static_assert(kMortonBits == 21);
+    return v >= 0 && v < kMortonBits - 1 ? "" : "be in [0, 20)";
   case NumberBound::Share:
     return v >= 0 && v <= 1 ? "" : "be in [0, 1]";
+  case NumberBound::OpenShare:
+    return v > 0 && v < 1 ? "" : "be in (0, 1)";
   case NumberBound::Chord:
     return v > 0 && v <= 1 ? "" : "be a chord in (0, 1]";
   case NumberBound::RightAngle:
@@ -79,6 +87,11 @@ numbersOf(PatchProfileConfig& config)
           NUMBER(preparation.smallest_radius, Bound::Positive),
           NUMBER(preparation.largest_radius, Bound::Positive),
           NUMBER(preparation.min_points_per_cell, Bound::AtLeastOne),
+          NUMBER(preparation.patches.range_noise, Bound::NotNegative),
+          NUMBER(preparation.patches.max_flatness, Bound::OpenShare),
+          NUMBER(preparation.patches.finest_level, Bound::Level),
+          NUMBER(preparation.patches.coarsest_level, Bound::Level),
+          NUMBER(preparation.patches.min_points, Bound::AtLeastThree),
           NUMBER(preparation.leaf, Bound::Positive, Scaling::Scene),
           NUMBER(preparation.thickness, Bound::Positive, Scaling::Scene),
           NUMBER(preparation.max_noise, Bound::AtLeastOne),
@@ -241,6 +254,10 @@ validate(const PatchProfileConfig& config)
   const PreparationConfig& preparation = config.preparation;
   if (preparation.largest_radius < preparation.smallest_radius)
     rejectOption("preparation.largest_radius", preparation.largest_radius, "be at least smallest_radius");
+  if (preparation.patches.coarsest_level < preparation.patches.finest_level)
+    rejectOption("preparation.patches.coarsest_level",
+                 preparation.patches.coarsest_level,
+                 "be in [finest_level, " + std::to_string(kMortonBits - 1) + ')');
   const auto& levels = preparation.viewpoint.levels;
   for (std::size_t k = 1; k < levels.size(); ++k)
     if (levels[k].step > levels[k - 1].step)

@@ -330,6 +330,13 @@ covariancesOf(const std::vector<Eigen::Isometry3d>& poses,
 
 } // namespace
 
+double
+dampingOf(const AdjustmentConfig& config, std::size_t scans, bool by_candidates)
+{
+  const double of_row = config.damping_of_row / std::pow(static_cast<double>(scans), 4);
+  return by_candidates ? std::min(config.damping, of_row) : config.damping;
+}
+
 JointAdjustment
 adjustJointly(std::vector<Eigen::Isometry3d> poses,
               const std::vector<std::pair<int, int>>& pairs,

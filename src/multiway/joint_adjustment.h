@@ -30,6 +30,11 @@ struct JointAdjustment {
   int rounds = 0;
 };
 
+/// The damping for a part of some scans: in a job by candidates, where parts are long rows, no more than those bend
+/// against (AdjustmentConfig::damping_of_row).
+double
+dampingOf(const AdjustmentConfig& config, std::size_t scans, bool by_candidates);
+
 /** \brief All poses of a part at once: the plane distances of all overlapping pairs are made small together.
  *
  * Gauss-Newton on the robust point-to-plane distances: each pair contributes its equations in the motion of its source

@@ -408,9 +408,7 @@ private:
                             number[static_cast<std::size_t>(pairs[k].second)]);
     }
     AdjustmentConfig config = input_.options.adjustment;
-    if (input_.is_large)
-      config.damping =
-          std::min(config.damping, config.damping_of_row / std::pow(static_cast<double>(members.size()), 4));
+    config.damping = dampingOf(config, members.size(), input_.is_large);
     const EquationsFunction equations = [&](std::size_t k, const Eigen::Isometry3d& T) {
       return equationsAt(scan(taken[k].first), scan(taken[k].second), T, input_.options);
     };

@@ -67,14 +67,11 @@ pointsPerCell(const ThinnedCloud& cloud, int level)
 
 /// Thickness that patches may have: the usual one, more where the scan is noisier than that.
 double
-choosePatchThickness(const ThinnedCloud& cloud,
-                     const std::vector<FineCell>& cells,
-                     const PreparationConfig& lengths,
-                     const PatchOptions& options)
+choosePatchThickness(const ThinnedCloud& cloud, const std::vector<FineCell>& cells, const PreparationConfig& lengths)
 {
   const double usual = lengths.thickness;
   const double most = lengths.max_noise * usual;
-  const PlanarPatches rough = extractPatches(cloud, cells, nullptr, most, options);
+  const PlanarPatches rough = extractPatches(cloud, cells, nullptr, most, lengths.patches);
   if (rough.size() == 0)
     return usual;
   std::vector<std::pair<double, double>> thickness; // and the surface that has it
@@ -112,20 +109,21 @@ ScaledCloud
 thinAtScale(const ScanView& scan, const ScanExtent& extent, const Options& options, const Deadline& deadline)
 {
   const PreparationConfig& config = options.patch_profile.preparation;
-  const PatchOptions& patches = options.patches;
   ScaledCloud result;
   result.scale = sceneScale(extent, config);
   // A patch of the finest level has an edge of 2^finest_level leaves; a normal radius r asks for an edge of 2 r.
   const bool given = options.leaf > 0 || options.normal_radius > 0;
   const auto leaf = [&] {
-    return options.leaf > 0            ? options.leaf
-           : options.normal_radius > 0 ? 2 * options.normal_radius / static_cast<double>(1 << patches.finest_level)
-                                       : config.leaf * result.scale;
+    return options.leaf > 0 ? options.leaf
+           : options.normal_radius > 0
+               ? 2 * options.normal_radius / static_cast<double>(1 << config.patches.finest_level)
+               : config.leaf * result.scale;
   };
   result.cloud = thinScan(scan, leaf(), extent.median, 0, threadCount(options), deadline);
   // Where points are sparse, patches must be larger to hold enough of them.
   while (!given && result.cloud.size() >= config.min_points &&
-         pointsPerCell(result.cloud, patches.coarsest_level) < static_cast<std::size_t>(config.min_points_per_cell)) {
+         pointsPerCell(result.cloud, config.patches.coarsest_level) <
+             static_cast<std::size_t>(config.min_points_per_cell)) {
     result.scale *= 2;
     result.cloud = ThinnedCloud(); // its memory first
     result.cloud = thinScan(scan, leaf(), extent.median, 0, threadCount(options), deadline);
@@ -191,7 +189,6 @@ preparePatchScan(const ScanView& scan, const Options& options, const Deadline& d
   };
 
   const PreparationConfig& config = options.patch_profile.preparation;
-  const PatchOptions& patches = options.patches;
   prepared.extent = measureExtent(scan, deadline);
   prepared.origin = prepared.extent.median;
   ScaledCloud scaled_cloud = thinAtScale(scan, prepared.extent, options, deadline);
@@ -215,10 +212,9 @@ preparePatchScan(const ScanView& scan, const Options& options, const Deadline& d
 
   const Eigen::Vector3d* seen_from = sensor.place ? &*sensor.place : nullptr;
   {
-    const std::vector<FineCell> cells = accumulateFineCells(cloud, patches.finest_level);
-    prepared.thickness =
-        patches.thickness > 0 ? patches.thickness : choosePatchThickness(cloud, cells, lengths, patches);
-    prepared.patches = extractPatches(cloud, cells, seen_from, prepared.thickness, patches);
+    const std::vector<FineCell> cells = accumulateFineCells(cloud, config.patches.finest_level);
+    prepared.thickness = choosePatchThickness(cloud, cells, lengths);
+    prepared.patches = extractPatches(cloud, cells, seen_from, prepared.thickness, config.patches);
   }
   finish("patches", count(cloud.size()), count(prepared.patches.size()));
   if (!prepared.unfinished.empty())

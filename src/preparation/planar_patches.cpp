@@ -52,14 +52,14 @@ public:
                  const std::vector<FineCell>& cells,
                  const Eigen::Vector3d* viewpoint,
                  double thickness,
-                 const PatchOptions& options)
-      : cloud_(cloud), cells_(cells), viewpoint_(viewpoint), thickness_(thickness), options_(options)
+                 const PatchConfig& config)
+      : cloud_(cloud), cells_(cells), viewpoint_(viewpoint), thickness_(thickness), config_(config)
   {}
 
   PlanarPatches
   run()
   {
-    const int levels = options_.coarsest_level - options_.finest_level;
+    const int levels = config_.coarsest_level - config_.finest_level;
     forEachCell(0, cells_.size(), levels, [&](std::size_t b, std::size_t e) { subdivide(b, e, levels); });
     return pack();
   }
@@ -94,7 +94,7 @@ private:
       total += cells_[c].moments;
     const std::uint32_t first = cells_[begin].first;
     const std::uint32_t count = endPoint(end) - first;
-    if (count >= static_cast<std::uint32_t>(options_.min_points)) {
+    if (count >= static_cast<std::uint32_t>(config_.min_points)) {
       const Plane plane = fitPlane(total);
       if (isPatch(plane)) {
         planes_.push_back(plane);
@@ -103,7 +103,7 @@ private:
         return;
       }
     }
-    if (level == 0 || count < static_cast<std::uint32_t>(options_.min_points)) {
+    if (level == 0 || count < static_cast<std::uint32_t>(config_.min_points)) {
       for (std::uint32_t i = first; i < first + count; ++i)
         patches_.clutter.push_back(i);
       return;
@@ -115,10 +115,10 @@ private:
   isPatch(const Plane& plane) const
   {
     const double range = viewpoint_ ? (plane.mean - *viewpoint_).norm() : plane.mean.norm();
-    const double bound = thickness_ + options_.range_noise * range;
+    const double bound = thickness_ + config_.range_noise * range;
     // Of variances of floats: points that spread less across are a line, which has no normal.
     const double rounding = std::sqrt(static_cast<double>(std::numeric_limits<float>::epsilon()));
-    return plane.deviations[0] <= bound && plane.deviations[0] < options_.max_flatness * plane.deviations[1] &&
+    return plane.deviations[0] <= bound && plane.deviations[0] < config_.max_flatness * plane.deviations[1] &&
            plane.deviations[1] > rounding * plane.deviations[2];
   }
 
@@ -174,7 +174,7 @@ private:
   const std::vector<FineCell>& cells_;
   const Eigen::Vector3d* viewpoint_;
   double thickness_;
-  const PatchOptions& options_;
+  const PatchConfig& config_;
   std::vector<Plane> planes_;
   PlanarPatches patches_;
 };
@@ -208,18 +208,15 @@ extractPatches(const ThinnedCloud& cloud,
                const std::vector<FineCell>& cells,
                const Eigen::Vector3d* viewpoint,
                double thickness,
-               const PatchOptions& options)
+               const PatchConfig& config)
 {
-  return PatchExtractor(cloud, cells, viewpoint, thickness, options).run();
+  return PatchExtractor(cloud, cells, viewpoint, thickness, config).run();
 }
 
 PlanarPatches
-extractPatches(const ThinnedCloud& cloud,
-               const Eigen::Vector3d* viewpoint,
-               double thickness,
-               const PatchOptions& options)
+extractPatches(const ThinnedCloud& cloud, const Eigen::Vector3d* viewpoint, double thickness, const PatchConfig& config)
 {
-  return extractPatches(cloud, accumulateFineCells(cloud, options.finest_level), viewpoint, thickness, options);
+  return extractPatches(cloud, accumulateFineCells(cloud, config.finest_level), viewpoint, thickness, config);
 }
 
 PlanarPatches

@@ -6,7 +6,7 @@
 #include "common/types.h"
 #include "preparation/thinning.h"
 
-#include <pcl_ssfr/options.h>
+#include <pcl_ssfr/patch_config.h>
 
 #include <cmath>
 #include <vector>
@@ -57,21 +57,21 @@ accumulateFineCells(const ThinnedCloud& cloud, int level);
  * what fits in no finest cell is clutter. The normal faces the viewpoint; where that is unknown, the side that the
  * normals of the cloud agree on; without either the sign is arbitrary and samples.oriented is false.
  * \param[in] viewpoint sensor position relative to the origin of \p cloud [m], or null when it is unknown
- * \param[in] thickness bound at range zero [m], > 0 (PatchOptions::thickness is not read here)
+ * \param[in] thickness bound at range zero [m], > 0
  */
 PlanarPatches
 extractPatches(const ThinnedCloud& cloud,
                const Eigen::Vector3d* viewpoint,
                double thickness,
-               const PatchOptions& options);
+               const PatchConfig& config);
 
-/// The same from the \p cells of the cloud at level options.finest_level, for who extracts patches more than once.
+/// The same from the \p cells of the cloud at level config.finest_level, for who extracts patches more than once.
 PlanarPatches
 extractPatches(const ThinnedCloud& cloud,
                const std::vector<FineCell>& cells,
                const Eigen::Vector3d* viewpoint,
                double thickness,
-               const PatchOptions& options);
+               const PatchConfig& config);
 
 /// Some of the patches, in the order of \p indices. \throw std::out_of_range an index that is none of the patches
 PlanarPatches

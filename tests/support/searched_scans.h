@@ -45,7 +45,7 @@ makeSearchedScan(const std::vector<Rectangle>& rectangles,
       transformed(T_world_sensor.inverse(), samplePoints(rectangles, drawing.density, seed));
   const ThinnedCloud cloud = thinScan(viewOfPoints(points), drawing.leaf, Eigen::Vector3d::Zero());
   const Eigen::Vector3d viewpoint = Eigen::Vector3d::Zero();
-  PatchOptions options;
+  PatchConfig options;
   options.coarsest_level = 5;
   SearchedScan scan;
   scan.patches = extractPatches(cloud, &viewpoint, drawing.thickness, options);
