@@ -238,7 +238,7 @@ TEST(Decision, ARivalThatTakesAwayTheConfidence)
 
 TEST(Decision, AShiftThatAllProbablePosesDifferBy)
 {
-  // Along y lies what is probable, but for noise; the rest is elsewhere, and turned.
+  // Along y lies what is probable, but for noise; the rest is elsewhere, and rotated.
   std::vector<ScoredPose> poses = {poseAt(kX, 0.3),
                                    poseAt(kX + 2 * kY, 0.3),
                                    poseAt(kX - 5 * kY + 0.1 * kZ, 0.3),
@@ -254,7 +254,7 @@ TEST(Decision, AShiftThatAllProbablePosesDifferBy)
   EXPECT_EQ(d.unobservable[0].strength, 0);
   EXPECT_THAT(d.message, HasSubstr("; with probability 0.82 all is known but the translation along ("));
 
-  // Not where too much of it is off the line, or turned.
+  // Not where too much of it is off the line, or rotated.
   for (const std::vector<double>& p : {std::vector<double>{0.3, 0.2, 0.1, 0.35, 0.0}, {0.3, 0.2, 0.1, 0.0, 0.35}}) {
     const Decision open = decide(poses, contextOf(p));
     EXPECT_EQ(open.status, Status::Ambiguous);
