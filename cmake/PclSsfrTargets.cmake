@@ -27,4 +27,9 @@ function(pcl_ssfr_add_library name)
   # While the major version is 0, every minor one may change the binary interface.
   set_target_properties(${name} PROPERTIES
     VERSION ${PROJECT_VERSION} SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
+  # What a library takes of the core is not for its users either.
+  if(BUILD_SHARED_LIBS AND UNIX AND NOT APPLE)
+    target_link_options(${name} PRIVATE "LINKER:--version-script=${PROJECT_SOURCE_DIR}/src/exports.map")
+    set_target_properties(${name} PROPERTIES LINK_DEPENDS "${PROJECT_SOURCE_DIR}/src/exports.map")
+  endif()
 endfunction()
