@@ -204,6 +204,12 @@ TEST(PclFormats, headersAreBounded)
   EXPECT_EQ(errorOf("a.pcd", "FIELDS" + names + "\n"), "a.pcd:1: a point of more than 1000 fields");
   EXPECT_EQ(errorOf("a.ply", "ply\nformat ascii 1.0\nelement vertex 1\n" + properties + "end_header\n"),
             "a.ply:1004: element 'vertex' has more than 1000 properties");
+
+  const std::string comments(std::size_t{5} << 20, '\n');
+  EXPECT_THAT(errorOf("a.pcd", "FIELDS x y z\n#" + comments + "SIZE 4 4 4\n"),
+              HasSubstr("the PCD header ends before its DATA line; a header may have 4 MiB"));
+  EXPECT_THAT(errorOf("a.ply", "ply\nformat ascii 1.0\ncomment " + comments + "end_header\n"),
+              HasSubstr("; a header may have 4 MiB"));
 }
 
 // LZF makes at most 264 bytes of 3: a header that promises more reserves no memory for it.

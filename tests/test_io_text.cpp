@@ -317,6 +317,9 @@ TEST(TextFormats, inLittleMemoryTheyHaveTheSamePoints)
         "\nproperty double x\nproperty float y\nproperty float z\nproperty float nx\nproperty float ny\n"
         "property float nz\nproperty uchar red\nend_header\n" +
         ply;
+  // On a map: the digits hold millimetres, the type that is declared does not.
+  const std::string map = "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\n"
+                          "property float z\nend_header\n4567890.123 512345.678 12.3\n4567891.456 512344.321 12.5\n";
   ptx = std::to_string(kRows) + "\n1\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n9 8 7 1\n" + ptx;
   const std::string pcd = "VERSION .7\nFIELDS x y z normal_x normal_y normal_z\nSIZE 4 4 4 4 4 4\nTYPE F F F F F F\n"
                           "COUNT 1 1 1 1 1 1\nWIDTH 3\nHEIGHT 1\nPOINTS 3\nDATA ascii\n"
@@ -333,6 +336,7 @@ TEST(TextFormats, inLittleMemoryTheyHaveTheSamePoints)
                         Case{"a.asc", colours_first, true, kRows},
                         Case{"a.csv", named, true, kRows},
                         Case{"a.ply", ply, true, kRows},
+                        Case{"map.ply", map, false, 2},
                         Case{"a.ptx", ptx, false, kRows},
                         Case{"a.pcd", pcd, true, 3}}) {
     const io::ScanPoints points = io::parseScanPoints(c.name, c.bytes);

@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <set>
 
 namespace pcl_ssfr {
@@ -363,6 +364,21 @@ TEST(CandidatePairs, aMissingLinkIsWalkedAround)
   const std::set<ScanPair> all = Job::together(job.run());
   EXPECT_EQ(all.count({3, 5}), 1U);
   EXPECT_EQ(all.count({4, 6}), 1U);
+}
+
+TEST(CandidatePairs, withoutABoundAllPairsBetweenPartsAreTried)
+{
+  Job job = Job::row(10, 1);
+  job.config.alike = 2;
+  job.config.apart = std::numeric_limits<std::size_t>::max();
+  job.makeNextOnesAlike();
+  for (int i = 0; i < 5; ++i)
+    for (int k = 5; k < 10; ++k)
+      job.blind.insert({i, k});
+  const std::set<ScanPair> all = Job::together(job.run());
+  for (int i = 0; i < 5; ++i)
+    for (int k = 5; k < 10; ++k)
+      EXPECT_EQ(all.count({i, k}), 1U) << i << " " << k;
 }
 
 TEST(CandidatePairs, knownPosesAndAPersonsWishCount)

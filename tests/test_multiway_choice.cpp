@@ -15,6 +15,7 @@
 #include <Eigen/Cholesky>
 
 #include <cmath>
+#include <limits>
 
 namespace pcl_ssfr {
 namespace {
@@ -483,6 +484,8 @@ TEST(JointAdjustment, longRowsBendAsTheirLinksSay)
 
   EXPECT_EQ(dampingOf(AdjustmentConfig(), 10, true), AdjustmentConfig().damping);
   EXPECT_EQ(dampingOf(AdjustmentConfig(), 1000, false), AdjustmentConfig().damping);
+  // 1 plus less than half of epsilon is 1: such damping would be none.
+  EXPECT_GT(dampingOf(AdjustmentConfig(), 100000, true), std::numeric_limits<double>::epsilon());
 }
 
 TEST(JointAdjustment, whatNothingDeterminesStays)

@@ -82,7 +82,8 @@ struct ScanPoints {
 /** \brief The same numbers as of loadCloud() in little memory.
  *
  * Files are read block by block: at most 12 bytes a point with single precision, 24 with double, and as much again for
- * normals; tables of text and PTX 36 for a while. Compressed PCD, KITTI and 3DTK files take the file and its table.
+ * normals. While they are read, tables of numbers in text (PLY too) take 24 for the coordinates and 24 for the normals
+ * besides. Compressed PCD, KITTI and 3DTK files take the file, decompressed, and its table.
  * \throw as loadCloud()
  */
 ScanPoints

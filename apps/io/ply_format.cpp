@@ -171,7 +171,7 @@ binaryValue(const char* at, std::uint8_t datatype, bool swap)
 /// Rows of numbers, as the vertices of a file have them, and the table of those columns that are kept.
 class VertexRows {
 public:
-  VertexRows(const Element& vertex, FieldChoice choice)
+  VertexRows(const Element& vertex, Encoding encoding, FieldChoice choice)
   {
     for (const Property& property : vertex.properties)
       names_.push_back(property.name);
@@ -179,7 +179,8 @@ public:
       return;
     for (std::size_t column = 0; column < names_.size(); ++column)
       if (isKept(choice, names_[column])) {
-        const bool is_float = vertex.properties[column].datatype == Field::FLOAT32;
+        // Digits may say more than the type that is declared for them: coordinates on a map to the millimetre.
+        const bool is_float = encoding != Encoding::Ascii && vertex.properties[column].datatype == Field::FLOAT32;
         addField(geometry_, names_[column], is_float ? Field::FLOAT32 : Field::FLOAT64);
         kept_.push_back(column);
       }
@@ -381,7 +382,7 @@ readPly(const std::string& path, const ByteSource& source, FieldChoice fields)
   TextScanner scanner(head, path);
   const PlyHeader header = readHeader(scanner);
   const Element& vertex = requireVertex(scanner, header);
-  VertexRows rows(vertex, fields);
+  VertexRows rows(vertex, header.encoding, fields);
   if (header.encoding == Encoding::Ascii) {
     TextScanner body(source, path);
     readHeader(body);

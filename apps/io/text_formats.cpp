@@ -174,18 +174,19 @@ private:
   std::size_t rows_ = 0;
 };
 
-/// Lines of a file, at most.
+/// Lines of a file with one kind of line ends.
 std::uint64_t
 countLines(const ByteSource& source)
 {
-  std::uint64_t lines = 1;
+  std::uint64_t feeds = 0, returns = 0;
   std::string block;
   for (std::uint64_t at = 0; at < source.size(); at += block.size()) {
     block.resize(static_cast<std::size_t>(std::min<std::uint64_t>(kBlockBytes, source.size() - at)));
     source.read(at, block.size(), block.data());
-    lines += static_cast<std::uint64_t>(std::count(block.begin(), block.end(), '\n'));
+    feeds += static_cast<std::uint64_t>(std::count(block.begin(), block.end(), '\n'));
+    returns += static_cast<std::uint64_t>(std::count(block.begin(), block.end(), '\r'));
   }
-  return lines;
+  return std::max(feeds, returns) + 1;
 }
 
 /// A first data line that holds one count and nothing else.

@@ -38,7 +38,9 @@ headOf(const ByteSource& source, const std::string& path, const std::function<vo
       if (!scanner.rest().empty()) // else its last line may be cut
         return head;
     }
-    catch (const IoError&) {
+    catch (const IoError& error) {
+      if (window >= kLongestHeader && scanner.rest().empty())
+        throw IoError(std::string(error.what()) + "; a header may have 4 MiB");
       if (window >= kLongestHeader)
         return head;
     }

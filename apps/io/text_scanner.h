@@ -82,7 +82,8 @@ private:
 };
 
 /** \brief The beginning of a file that has a header of lines: all of the header and some of what follows, or the whole
- * file. Of a file whose header cannot be read 4 MiB at least. \throw IoError
+ * file. Of a file whose header cannot be read 4 MiB at least.
+ * \throw IoError when the header is longer than that
  */
 std::string
 headOf(const ByteSource& source, const std::string& path, const std::function<void(TextScanner&)>& readHeader);

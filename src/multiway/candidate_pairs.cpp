@@ -78,8 +78,10 @@ CandidatePairs::mostAlike(int scan, std::size_t count, const std::function<bool(
 {
   std::vector<int> others;
   for (int other = 0; other < static_cast<int>(scans_.usable.size()); ++other)
-    if (isOpen(scan, other) && isWanted(other))
+    if (isWanted(other) && isOpen(scan, other))
       others.push_back(other);
+  if (others.empty())
+    return others;
   const Eigen::VectorXf likeness = likeness_.of(static_cast<std::size_t>(scan));
   const auto middle = others.begin() + static_cast<std::ptrdiff_t>(std::min(count, others.size()));
   std::partial_sort(others.begin(), middle, others.end(), [&](int a, int b) {
@@ -276,7 +278,7 @@ CandidatePairs::betweenParts(const Links& links)
   // As many for each scan: few of a part see another part, and those are not the ones that are most like something.
   for (const Part& from : parts) {
     const std::size_t count =
-        std::max(config_.apart_of_scan, (config_.apart + from.scans.size() - 1) / from.scans.size());
+        std::max(config_.apart_of_scan, config_.apart / from.scans.size() + (config_.apart % from.scans.size() > 0));
     for (const int scan : from.scans) {
       const auto is_elsewhere = [&](int other) {
         return part[static_cast<std::size_t>(other)] != part[static_cast<std::size_t>(scan)];

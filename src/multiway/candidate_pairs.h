@@ -40,9 +40,10 @@ using OverlapFunction = std::function<double(int source, int target, const Eigen
  * First each scan with those most like it (ScanLikeness), and with the nearest ones where poses are known. Then
  * neighbours of neighbours: two links in a row put two scans to each other, and where enough of their surfaces would
  * meet, the pair is linked, the most first, up to a bound for each scan. When that gives nothing more, poses along the
- * surest links say which scans are near each other. When parts stay apart, the likeliest pairs between them are tried,
- * and what comes of it leads on as before. No pair is given twice. What is given depends on the scans and the links
- * alone, neither on the order of the links nor on the number of threads.
+ * surest links say which scans are near each other. When parts stay apart, each scan is tried with those of other parts
+ * that are most like it, as many for each of a part, and what comes of it leads on as before. No pair is given twice.
+ * What is given depends on the scans and the links alone, neither on the order of the links nor on the number of
+ * threads.
  */
 class CandidatePairs {
 public:

@@ -247,6 +247,13 @@ rmsOf(const std::vector<MapEquations>& found)
   return weight > 0 ? std::sqrt(squares / weight) : 0.0;
 }
 
+/// Whether the matrix was positive definite: LDLT takes others as well, with steps that mean nothing.
+bool
+isFactored(const Eigen::SimplicialLDLT<Sparse>& solver)
+{
+  return solver.info() == Eigen::Success && (solver.vectorD().array() > 0).all();
+}
+
 /// The step of Gauss and Newton, six numbers for each scan that is not fixed; empty: there is none.
 Eigen::VectorXd
 solveStep(const std::vector<MapEquations>& found,
@@ -267,7 +274,7 @@ solveStep(const std::vector<MapEquations>& found,
   Sparse hessian = network.matrix();
   damp(hessian, damping);
   const Eigen::SimplicialLDLT<Sparse> solver(hessian);
-  if (solver.info() != Eigen::Success)
+  if (!isFactored(solver))
     return {};
   const Eigen::VectorXd step = -solver.solve(gradient);
   return step.allFinite() ? step : Eigen::VectorXd();
@@ -311,7 +318,7 @@ covariancesOf(const std::vector<Eigen::Isometry3d>& poses,
   const Sparse b = networkScatter(poses, pairs, network, patches, config, threads);
   damp(a, config.damping);
   const Eigen::SimplicialLDLT<Sparse> solver(a);
-  if (network.unknowns() == 0 || solver.info() != Eigen::Success)
+  if (network.unknowns() == 0 || !isFactored(solver))
     return covariances;
   forEachInParallel(static_cast<std::int64_t>(poses.size()), 1, threads, [&](std::int64_t index) {
     const auto i = static_cast<std::size_t>(index);
@@ -333,7 +340,8 @@ covariancesOf(const std::vector<Eigen::Isometry3d>& poses,
 double
 dampingOf(const AdjustmentConfig& config, std::size_t scans, bool by_candidates)
 {
-  const double of_row = config.damping_of_row / std::pow(static_cast<double>(scans), 4);
+  constexpr double kRounding = 1e-13; // of a sum of hundreds of terms: less damping would be lost in it
+  const double of_row = std::max(kRounding, config.damping_of_row / std::pow(static_cast<double>(scans), 4));
   return by_candidates ? std::min(config.damping, of_row) : config.damping;
 }
 
