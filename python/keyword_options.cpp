@@ -14,6 +14,7 @@
 #include <stdexcept>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace pcl_ssfr {
 namespace python {
@@ -35,6 +36,9 @@ constexpr std::pair<const char*, double Options::*> kNumbers[] = {{"normal_radiu
                                                                   {"overlap_radius", &Options::overlap_radius},
                                                                   {"time_limit", &Options::time_limit},
                                                                   {"min_confidence", &Options::min_confidence}};
+/// Keywords that a preparation reads; all others are of a search.
+constexpr const char* kOfPreparation[] = {
+    "profile", "viewpoint_mode", "normal_radius", "density_radius", "leaf", "threads", "numbers"};
 constexpr std::pair<const char*, int Options::*> kCounts[] = {{"max_refinement_steps", &Options::max_refinement_steps},
                                                               {"max_candidates", &Options::max_candidates}};
 std::invalid_argument
@@ -130,6 +134,8 @@ gravityFrom(const py::handle& handle)
   if (handle.is_none())
     return std::nullopt;
   const auto value = py::reinterpret_borrow<py::object>(handle);
+  if (!py::isinstance<py::sequence>(value))
+    throw wrong("gravity", value, "be a direction");
   GravityPrior gravity;
   if (py::len_hint(value) == 2 && py::len_hint(value[py::int_(0)]) > 0) {
     gravity.up_source = directionFrom(value[py::int_(0)]);
@@ -170,8 +176,11 @@ Options
 optionsFrom(const py::dict& keywords, const Options& base)
 {
   Options options = base;
-  if (keywords.contains("profile"))
-    options = makeOptions(wordFrom(kProfiles, "profile", keywords["profile"]));
+  if (keywords.contains("profile")) {
+    const Profile profile = wordFrom(kProfiles, "profile", keywords["profile"]);
+    if (profile != base.profile)
+      options = makeOptions(profile);
+  }
   for (const auto& [key, value] : keywords) {
     const auto name = py::str(key).cast<std::string>();
     if (const auto* number = findIn(kNumbers, name))
@@ -200,6 +209,29 @@ optionsFrom(const py::dict& keywords, const Options& base)
   }
   validate(options);
   return options;
+}
+
+Options
+preparationOptionsFrom(const py::dict& keywords)
+{
+  const Options options = optionsFrom(keywords, makeOptions(Profile::Default)); // says what is no option at all
+  for (const auto& [key, value] : keywords) {
+    const auto name = py::str(key).cast<std::string>();
+    if (std::find(std::begin(kOfPreparation), std::end(kOfPreparation), name) == std::end(kOfPreparation))
+      throw std::invalid_argument(name + " is read by register_scans() only, give it there");
+  }
+  return options;
+}
+
+bool
+haveSameNumbers(const Options& a, const Options& b)
+{
+  PatchProfileConfig of_a = a.patch_profile, of_b = b.patch_profile;
+  const std::vector<ConfigNumber> numbers_a = numbersOf(of_a), numbers_b = numbersOf(of_b);
+  return std::equal(numbers_a.begin(),
+                    numbers_a.end(),
+                    numbers_b.begin(),
+                    [](const ConfigNumber& x, const ConfigNumber& y) { return x.value() == y.value(); });
 }
 
 py::dict

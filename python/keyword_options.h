@@ -15,11 +15,21 @@ namespace python {
  * The names are those of keywordsOf(), and "numbers": a dict of the tuned numbers of the default profile by their names
  * (numberNames()).
  * \param[in] keywords needs the interpreter
- * \param[in] base what is not named; replaced by that of the profile where one is named
+ * \param[in] base what is not named; replaced by that of the profile where another one is named
  * \throw std::invalid_argument that names the keyword and its value; of the library where the value is out of range
  */
 Options
 optionsFrom(const pybind11::dict& keywords, const Options& base);
+
+/** \brief Options of a preparation from keywords, as optionsFrom().
+ * \throw std::invalid_argument also for a keyword that only a search reads
+ */
+Options
+preparationOptionsFrom(const pybind11::dict& keywords);
+
+/// Whether all tuned numbers are the same.
+bool
+haveSameNumbers(const Options& a, const Options& b);
 
 /// The options as keywords, but "numbers".
 pybind11::dict

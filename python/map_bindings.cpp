@@ -183,6 +183,8 @@ mapObjects(const std::vector<std::string>& names,
     else
       inputs[i].array.emplace(names[i], scan[py::int_(0)], scan[py::int_(1)], py::none());
   }
+  if (keywords.contains("guess_tolerance"))
+    throw std::invalid_argument("guess_tolerance: a map has no guess; poses and pose_tolerance say what is known");
   MultiwayOptions options;
   options.registration = optionsFrom(keywords, options.registration);
   options.threads = options.registration.threads;
@@ -209,6 +211,7 @@ mapObjects(const std::vector<std::string>& names,
     decide(registration, decisions, inputs);
     MultiwayMap found = registration.run(show);
     toCallersCoordinates(found, inputs);
+    registration.writeToProject(found);
     return found;
   }();
   call.rethrow();

@@ -122,6 +122,11 @@ registerObjects(const py::object& source,
   for (const auto& [name, side] : {std::pair("source", &from), {"target", &to}})
     if (!side->isArray() && !side->prepared().scan.isPreparedWith(options))
       throw std::invalid_argument(std::string(name) + ": was prepared with other options than it is registered with");
+  if (!from.isArray() && !to.isArray() && !keywords.contains("numbers") &&
+      !haveSameNumbers(from.prepared().options, to.prepared().options))
+    throw std::invalid_argument("numbers: source and target were prepared with other ones, say which");
+  if (options.guess_tolerance && !pose)
+    throw std::invalid_argument("guess_tolerance needs guess");
   const py::gil_scoped_release without_interpreter;
   return registerSides(from, to, options, pose);
 }
@@ -133,7 +138,7 @@ prepareObject(const py::object& points,
               const py::dict& keywords)
 {
   PreparedArray prepared;
-  prepared.options = optionsFrom(keywords, makeOptions(Profile::Default));
+  prepared.options = preparationOptionsFrom(keywords);
   ScanArray array("points", points, viewpoint, normals);
   const py::gil_scoped_release without_interpreter;
   array.prepare();

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <stdexcept>
 
 namespace pcl_ssfr {
@@ -18,12 +19,15 @@ namespace py = pybind11;
 
 namespace {
 
-/// What numpy makes of \p value: an array as it is, anything else converted.
+/// What numpy makes of \p value: an array as it is, NaN in place of what is masked, anything else converted.
 py::array
 asArray(const std::string& name, const py::object& value)
 {
   try {
-    return py::module_::import("numpy").attr("asarray")(value);
+    const py::module_ numpy = py::module_::import("numpy");
+    if (py::isinstance(value, numpy.attr("ma").attr("MaskedArray")))
+      return value.attr("filled")(std::numeric_limits<double>::quiet_NaN());
+    return numpy.attr("asarray")(value);
   }
   catch (const py::error_already_set& error) {
     if (!error.matches(PyExc_ValueError) && !error.matches(PyExc_TypeError))

@@ -85,6 +85,43 @@ TEST(FiniteQueryKdTree, IsBuiltByTheFirstQuery)
   EXPECT_FALSE(tree.isBuilt());
 }
 
+TEST(FiniteQueryKdTree, ACloudThatChangedBeforeTheFirstQuery)
+{
+  pcl::Indices indices;
+  std::vector<float> distances;
+  const Point far(50, 0, 0);
+  const auto distanceOfFar = [&](Tree& tree) {
+    const int found = tree.nearestKSearch(far, 1, indices, distances);
+    return std::pair(found, distances.at(0));
+  };
+  const Cloud::Ptr cloud = randomCloud(100, 1);
+  Tree first;
+  first.setInputCloud(cloud);
+  const auto before = distanceOfFar(first);
+
+  Tree tree;
+  tree.setInputCloud(cloud);
+  cloud->push_back(far); // as a map grows by what was just registered to it
+  EXPECT_EQ(distanceOfFar(tree), before) << "what was appended is not searched";
+  tree.setInputCloud(cloud);
+  EXPECT_EQ(distanceOfFar(tree), std::pair(1, 0.0F));
+
+  tree.setInputCloud(cloud);
+  cloud->resize(50);
+  EXPECT_EQ(distanceOfFar(tree).first, 0) << "the cloud has lost points";
+  tree.setInputCloud(cloud);
+  EXPECT_EQ(distanceOfFar(tree).first, 1);
+  tree.setInputCloud(cloud);
+  for (Point& point : *cloud)
+    point.x = kNaN;
+  EXPECT_EQ(distanceOfFar(tree).first, 0) << "no point is finite any more";
+  tree.setInputCloud(cloud);
+  cloud->clear();
+  EXPECT_EQ(distanceOfFar(tree), std::pair(0, std::numeric_limits<float>::infinity()));
+  EXPECT_EQ(tree.radiusSearch(far, 100, indices, distances), 0);
+  EXPECT_FALSE(tree.isBuilt());
+}
+
 TEST(FiniteQueryKdTree, AgreesWithBruteForceAndPcl)
 {
   Tree tree;

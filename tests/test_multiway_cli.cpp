@@ -236,6 +236,59 @@ TEST_F(Program, severalComponentsAreCodeOneAndMendedByHand)
   const Outcome mended = run("'" + out("in") + "' --out '" + out() + "' --resume --accept s3,s0 --pin s1");
   EXPECT_EQ(mended.code, 0) << mended.err;
   EXPECT_EQ(table(out() + "/poses.csv")[2][2], "1"); // T00 of s1
+  const Outcome both = run("'" + out("in") + "' --out '" + out() + "' --accept s3,s0 --reject s3,s0");
+  EXPECT_EQ(both.code, 2);
+  EXPECT_THAT(both.err, HasSubstr("the link s0.pcd, s3.pcd is both accepted and rejected"));
+}
+
+TEST_F(Program, nothingThatIsReadOrOfAnotherIsReplaced)
+{
+  std::filesystem::create_directories(out("in"));
+  for (const char* name : {"s0.pcd", "s1.pcd", "s3.pcd"})
+    std::filesystem::copy(scans() + "/" + name, out("in"));
+  const std::string in = "'" + out("in") + "'";
+  std::ofstream(out("in") + "/poses.csv") << "mine\n";
+  const Outcome occupied = run(in + " --out " + in);
+  EXPECT_EQ(occupied.code, 3);
+  EXPECT_THAT(occupied.err, HasSubstr("/in/poses.csv: is there already, and "));
+  EXPECT_EQ(io::readFile(out("in") + "/poses.csv"), "mine\n");
+  EXPECT_FALSE(std::filesystem::exists(out("in") + "/map.sqlite"));
+
+  const std::string pcd = " --pcd '" + out() + "/copies'";
+  ASSERT_EQ(run(in + " --out '" + out() + "' --tum" + pcd).code, 0) << "a folder within one that is not there yet";
+  const std::string poses = io::readFile(out() + "/poses.csv");
+  for (const char* option : {"--poses", "--truth"}) {
+    const Outcome own = run(in + " --out '" + out() + "' --resume " + option + " '" + out() + "/poses.csv'");
+    EXPECT_EQ(own.code, 2);
+    EXPECT_THAT(own.err, HasSubstr("/poses.csv would be replaced, but is read"));
+  }
+  const Outcome json = run(in + " --out '" + out() + "' --resume --json '" + out("in") + "/s0.pcd'");
+  EXPECT_EQ(json.code, 2);
+  EXPECT_EQ(run(in + " --out '" + out() + "' --resume --json /nowhere/x.json").code, 3);
+  EXPECT_EQ(io::readFile(out() + "/poses.csv"), poses);
+
+  // What the next map has no place for does not stay behind from this one.
+  EXPECT_TRUE(std::filesystem::exists(out() + "/copies/s3.pcd"));
+  const Outcome apart = run(in + " --out '" + out() + "' --reject s3,s0 --reject s3,s1" + pcd);
+  EXPECT_EQ(apart.code, 1) << apart.err;
+  EXPECT_TRUE(std::filesystem::exists(out() + "/copies/s0.pcd"));
+  EXPECT_FALSE(std::filesystem::exists(out() + "/copies/s3.pcd"));
+  EXPECT_FALSE(std::filesystem::exists(out() + "/poses.tum"));
+}
+
+TEST_F(Program, namesThatLookLikeSomethingElse)
+{
+  std::filesystem::create_directories(out("in"));
+  std::filesystem::copy(scans() + "/s0.pcd", out("in") + "/#1.pcd");
+  std::filesystem::copy(scans() + "/s1.pcd", out("in") + "/<!--<script>.pcd");
+  ASSERT_EQ(run("'" + out("in") + "' --out '" + out() + "'").code, 0);
+  const std::string page = io::readFile(out() + "/report.html");
+  EXPECT_EQ(page.find("<!--<script>"), std::string::npos) << "it would hide all that follows";
+  EXPECT_THAT(page, HasSubstr("\\u003c!--\\u003cscript>.pcd"));
+  const Outcome again =
+      run("'" + out("in") + "' --out '" + out("again") + "' --truth '" + out() + "/poses.csv' --json -");
+  ASSERT_EQ(again.code, 0) << again.err;
+  EXPECT_EQ(nlohmann::json::parse(again.out)["truth"]["placed"], 2);
 }
 
 TEST_F(Program, aBrokenScanIsOneRow)
@@ -593,6 +646,7 @@ TEST_F(Program, controlThatDoesNotFitLosesNothing)
 TEST_F(Program, whatIsWrongIsOneLineThatNamesIt)
 {
   const std::string in = "'" + scans() + "'";
+  io::writeFile(out("other.txt"), "z.pcd 1 2 3 0 0 0 1\n");
   const struct {
     std::string arguments;
     int code;
@@ -622,6 +676,8 @@ TEST_F(Program, whatIsWrongIsOneLineThatNamesIt)
       {"'" + out("missing") + "' --out '" + out() + "'", 3, "missing"},
       {in + " --out /proc/nowhere", 3, "/proc/nowhere"},
       {in + " --out '" + out() + "' --truth '" + out("no.txt") + "'", 3, "no.txt"},
+      {in + " --out '" + out() + "' --truth '" + out("other.txt") + "'", 3, "other.txt: names none of the scans"},
+      {in + " --out '" + out() + "' --poses '" + out("other.txt") + "'", 3, "other.txt: names none of the scans"},
   };
   for (const auto& c : cases) {
     const Outcome result = run(c.arguments);
@@ -633,6 +689,19 @@ TEST_F(Program, whatIsWrongIsOneLineThatNamesIt)
   }
   EXPECT_EQ(run("--help").code, 0);
   EXPECT_THAT(run("--version").out, StartsWith("ssfr_map "));
+}
+
+TEST_F(Program, noScanThatCanBeUsed)
+{
+  std::filesystem::create_directories(out("bad"));
+  for (const char* name : {"/1.pcd", "/2.pcd"})
+    io::writeFile(out("bad") + name, "no cloud\n");
+  for (const char* decision : {"", " --accept 1,2"}) {
+    const Outcome result = run("'" + out("bad") + "' --out '" + out() + "' --resume" + decision);
+    EXPECT_EQ(result.code, 3);
+    EXPECT_THAT(result.err, HasSubstr("a map takes two scans or more, 0 of 2 can be used; 1.pcd: ")) << decision;
+    EXPECT_THAT(result.err, HasSubstr("/bad/1.pcd:1: 'no' is not a line of a PCD header")) << decision;
+  }
 }
 
 TEST(MapOptions, whichPairsAreLinked)
@@ -672,10 +741,46 @@ TEST(PoseList, bothFormatsAndWhatIsWrongInThem)
   EXPECT_THAT(errorOf("a 1 2 3 0 0 0 1\na 1 2 3 0 0 0 1\n"), HasSubstr("second pose"));
   EXPECT_THAT(errorOf(""), HasSubstr("no pose"));
   EXPECT_THAT(errorOf("scan,T00\na,1\n"), HasSubstr("T01"));
-  const std::map<std::string, int> values = {{"a", 1}, {"b.pcd", 2}};
-  EXPECT_EQ(*apps::findByName(values, "x/a.pcd"), 1);
-  EXPECT_EQ(*apps::findByName(values, "b.pcd"), 2);
-  EXPECT_EQ(apps::findByName(values, "c"), nullptr);
+}
+
+TEST(PoseList, aPoseIsOfTheScanThatAloneAnswersToItsName)
+{
+  std::map<std::string, Eigen::Isometry3d> poses;
+  const auto add = [&](const char* name, double x) { poses[name] = Eigen::Translation3d(x, 0, 0); };
+  /// The x of each scan, 0 where it has no pose.
+  const auto found = [&](const std::vector<std::string>& names) {
+    std::vector<double> x;
+    for (const std::optional<Eigen::Isometry3d>& pose : apps::posesOfScans(poses, names, "p.txt"))
+      x.push_back(pose ? pose->translation().x() : 0);
+    return x;
+  };
+  const auto problem = [&](const std::vector<std::string>& names) -> std::string {
+    try {
+      found(names);
+    }
+    catch (const io::IoError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  add("a", 1);
+  add("b.pcd", 2);
+  EXPECT_THAT(found({"x/a.pcd", "b.pcd", "c.pcd"}), ElementsAre(1, 2, 0));
+  EXPECT_EQ(problem({"x/b.pcd", "y/b.pcd"}), "p.txt: 'b.pcd' may be x/b.pcd or y/b.pcd");
+  EXPECT_EQ(problem({"a.ply", "a.pcd"}), "p.txt: 'a' may be a.ply or a.pcd");
+  EXPECT_THAT(found({"b.pcd", "y/b.pcd"}), ElementsAre(2, 0)) << "it is the whole name of one of them";
+  add("y/b.pcd", 3);
+  EXPECT_THAT(problem({"x/b.pcd", "y/b.pcd"}), HasSubstr("'b.pcd' may be"));
+  add("x/b.pcd", 4);
+  EXPECT_THAT(found({"x/b.pcd", "y/b.pcd"}), ElementsAre(4, 3));
+
+  poses.clear(); // as of an E57 file: by number, with and without the name of the file
+  add("1", 1);
+  add("2", 2);
+  add("a.e57#1", 1);
+  add("a.e57#2", 2);
+  EXPECT_THAT(found({"a.e57#1", "a.e57#2", "b.e57#1", "b.e57#2"}), ElementsAre(1, 2, 0, 0));
+  EXPECT_THAT(found({"b.e57#1", "b.e57#2"}), ElementsAre(1, 2)) << "a file by another name";
 }
 
 TEST(PoseList, placesAreFitted)
@@ -719,12 +824,11 @@ TEST(MapTruth, aBentStreetIsOneFrameAndAScanAsideIsWrong)
 {
   // Ten scans 10 m apart: the map bends by 1.5 degrees over 90 m, and scan 7 is 1 m aside.
   MultiwayMap map;
-  std::map<std::string, Eigen::Isometry3d> truth;
+  std::vector<std::optional<Eigen::Isometry3d>> truth;
   for (int i = 0; i < 10; ++i) {
-    const std::string name = "s" + std::to_string(i);
-    truth[name] = Eigen::Translation3d(10 * i, 0, 0);
+    truth.emplace_back(Eigen::Translation3d(10 * i, 0, 0));
     MapScan scan;
-    scan.name = name;
+    scan.name = "s" + std::to_string(i);
     scan.component = 0;
     scan.T_map_scan = Eigen::Translation3d(10 * i, 0.0002 * i * i + (i == 7 ? 1 : 0), 0) *
                       Eigen::AngleAxisd(0.0029 * i, Eigen::Vector3d::UnitZ());

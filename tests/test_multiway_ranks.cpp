@@ -143,8 +143,8 @@ tileOf(const std::vector<int>& scans)
     for (std::size_t j = i + 1; j < scans.size(); ++j)
       tile.tasks.push_back({scans[i],
                             scans[j],
-                            hashOfPoints(load(scanFile(scans[i])).view),
-                            hashOfPoints(load(scanFile(scans[j])).view),
+                            hashOfScan(load(scanFile(scans[i])).view),
+                            hashOfScan(load(scanFile(scans[j])).view),
                             std::nullopt});
   }
   return tile;

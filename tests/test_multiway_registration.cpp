@@ -18,9 +18,11 @@
 #include <pcl/point_types.h>
 
 #include <gmock/gmock.h>
+#include <sqlite3.h>
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <fstream>
 
 namespace pcl_ssfr {
@@ -185,6 +187,107 @@ TEST_F(Room, aProjectGivesTheSameMapAndLinksNothingAgain)
   EXPECT_EQ(done, 0U);
 }
 
+TEST_F(Room, aProjectKnowsAnotherViewpointAndOtherNumbers)
+{
+  const TemporaryFolder folder;
+  const auto linked = [&](bool resume, const Eigen::Vector3d& viewpoint, const MultiwayOptions& options) {
+    MultiwayRegistration registration(options);
+    registration.openProject(folder.file("map.sqlite"), resume);
+    for (int i = 0; i < 3; ++i) {
+      ScanView scan = view(i);
+      if (i == 1)
+        scan.viewpoint = viewpoint;
+      registration.addScan("s" + std::to_string(i), scan);
+    }
+    std::size_t known = 99;
+    registration.run([&](const std::string& stage, std::size_t done, std::size_t) {
+      if (stage == "link")
+        known = std::min(known, done);
+    });
+    return 3 - known;
+  };
+  MultiwayOptions options;
+  options.threads = 2;
+  EXPECT_EQ(linked(false, {0, 0, 0}, options), 3U);
+  EXPECT_EQ(linked(true, {0, 0, -0.0}, options), 0U);
+  EXPECT_EQ(linked(true, {0, 0, 0.1}, options), 2U) << "the pairs of this scan";
+  options.registration.patch_profile.judgement.rival *= 1.01;
+  EXPECT_EQ(linked(true, {0, 0, 0.1}, options), 3U);
+}
+
+TEST_F(Room, decisionsOnACopyAreOnTheScan)
+{
+  const auto problem = [](MultiwayRegistration& registration) -> std::string {
+    try {
+      registration.run();
+    }
+    catch (const DecisionError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  MultiwayOptions options;
+  options.threads = 2;
+  {
+    MultiwayRegistration registration(options);
+    addAll(registration);
+    const int copy = registration.addScan("copy of 2", view(2));
+    for (const int other : {0, 1, 3, 4})
+      registration.reject(copy, other);
+    registration.pin(registration.addScan("copy of 3", view(3)));
+    const MultiwayMap map = registration.run();
+    EXPECT_EQ(map.scans[2].component, 1);
+    EXPECT_EQ(map.scans[3].component, 0);
+    EXPECT_TRUE(map.scans[3].T_map_scan.matrix().isIdentity(1e-12));
+    EXPECT_TRUE(map.scans[6].T_map_scan.matrix().isIdentity(1e-12));
+    registration.accept(2, 0);
+    EXPECT_THAT(problem(registration), HasSubstr("s0, s2 is both accepted and rejected"));
+  }
+  {
+    MultiwayRegistration registration(options);
+    addAll(registration);
+    const int copy = registration.addScan("copy of 2", view(2));
+    registration.accept(copy, 0);
+    PosePrior prior;
+    prior.T_map_scan = truth_[2];
+    registration.setPosePrior(copy, prior);
+    const MultiwayMap map = registration.run();
+    EXPECT_EQ(map.components, 1);
+    EXPECT_TRUE(map.scans[2].T_map_scan.isApprox(truth_[2], 0.01));
+    registration.accept(copy, 2);
+    EXPECT_THAT(problem(registration), HasSubstr("accepted link of s2 is of a scan with itself"));
+  }
+}
+
+TEST_F(Room, theProjectHoldsTheMapAsItWasBroughtToTheUsersFrame)
+{
+  const TemporaryFolder folder;
+  const std::string file = folder.file("map.sqlite");
+  MultiwayRegistration registration;
+  registration.openProject(file, false);
+  addAll(registration);
+  registration.pin(0);
+  MultiwayMap map = registration.run();
+  for (MapScan& scan : map.scans)
+    scan.T_map_scan = Eigen::Translation3d(3e5, 4e6, 100) * scan.T_map_scan;
+  registration.writeToProject(map);
+  sqlite3* database = nullptr;
+  ASSERT_EQ(sqlite3_open(file.c_str(), &database), SQLITE_OK);
+  sqlite3_stmt* rows = nullptr;
+  ASSERT_EQ(sqlite3_prepare_v2(database, "SELECT T_map_scan FROM scans ORDER BY scan", -1, &rows, nullptr), SQLITE_OK);
+  for (const MapScan& scan : map.scans) {
+    ASSERT_EQ(sqlite3_step(rows), SQLITE_ROW);
+    EXPECT_EQ(std::memcmp(sqlite3_column_blob(rows, 0), scan.T_map_scan.matrix().data(), 16 * sizeof(double)), 0);
+  }
+  EXPECT_EQ(sqlite3_step(rows), SQLITE_DONE);
+  sqlite3_finalize(rows);
+  ASSERT_EQ(sqlite3_prepare_v2(database, "SELECT kind, value FROM decisions", -1, &rows, nullptr), SQLITE_OK);
+  ASSERT_EQ(sqlite3_step(rows), SQLITE_ROW);
+  EXPECT_STREQ(reinterpret_cast<const char*>(sqlite3_column_text(rows, 1)), "s0");
+  sqlite3_finalize(rows);
+  sqlite3_close(database);
+}
+
 TEST_F(Room, badScansAreRowsWithReasons)
 {
   MultiwayOptions options;
@@ -231,8 +334,8 @@ answer(const std::string& message, const std::function<ScanView(int)>& view, con
   std::reverse(tasks.begin(), tasks.end());
   std::vector<PairLink> links;
   for (const PairTask& task : tasks) {
-    EXPECT_EQ(task.source_hash, hashOfPoints(view(task.source)));
-    EXPECT_EQ(task.target_hash, hashOfPoints(view(task.target)));
+    EXPECT_EQ(task.source_hash, hashOfScan(view(task.source)));
+    EXPECT_EQ(task.target_hash, hashOfScan(view(task.target)));
     links.push_back(linkPair(task,
                              prepareScan(view(task.source), options.registration),
                              prepareScan(view(task.target), options.registration),
@@ -526,7 +629,8 @@ TEST(Multiway, whatCannotBeDoneIsSaid)
     }
     return "";
   };
-  EXPECT_THAT(problem([&] { registration.run(); }), HasSubstr("two scans or more, 0 of 1"));
+  EXPECT_THAT(problem([&] { registration.run(); }),
+              HasSubstr("two scans or more, 0 of 1 can be used; a: it has 0 finite"));
   EXPECT_THAT(problem([&] { registration.addScan("a", ScanView()); }), HasSubstr("named a"));
   EXPECT_THAT(problem([&] { registration.accept(0, 7); }), HasSubstr("scan 7"));
   MultiwayOptions options;

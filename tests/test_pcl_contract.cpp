@@ -863,6 +863,52 @@ TEST_F(StructuredScene, GuessThatIsNoMotionIsIgnored)
   EXPECT_EQ(output_[0].x, (*roomPair<Point>(false).source)[0].x);
 }
 
+TEST_F(StructuredScene, AToleranceTakesAGuessThatIsAMotion)
+{
+  setPair();
+  registration_.setGuessTolerance(0.1, 1);
+  const Eigen::Matrix4f scaled = 1.1F * Eigen::Matrix4f::Identity();
+  EXPECT_THAT(messagesOf([&] { registration_.align(output_, scaled); }),
+              HasSubstr("the guess is not a rigid motion, and only poses near it are asked for"));
+  EXPECT_FALSE(registration_.hasConverged());
+  EXPECT_EQ(registration_.getResult().status, Status::InvalidInput);
+  EXPECT_EQ(registration_.getFinalTransformation(), scaled) << "a failed run leaves the guess";
+}
+
+TEST_F(StructuredScene, CloudsThatChangeAfterAlign)
+{
+  const auto source = copyOf(*roomPair<Point>(false).source);
+  const auto target = copyOf(*roomPair<Point>(false).target);
+  registration_.setInputSource(source);
+  registration_.setInputTarget(target);
+  registration_.align(output_);
+  ASSERT_TRUE(registration_.hasConverged());
+  const double fitness = registration_.getFitnessScore();
+  ASSERT_GT(fitness, 0);
+
+  registration_.setInputTarget(target);
+  registration_.align(output_);
+  *target += output_; // the scan joins the map, then the user asks how well it fits
+  EXPECT_NEAR(registration_.getFitnessScore(), fitness, 1e-3 * fitness);
+  const auto pairs = registration_.getCorrespondences();
+  const std::size_t count = pairs->size();
+  EXPECT_GT(count, 0U);
+  registration_.setInputSource(source); // nothing is known of it yet
+  EXPECT_TRUE(registration_.getCorrespondences()->empty());
+  EXPECT_EQ(pairs->size(), count) << "what was handed out stays";
+
+  registration_.setInputTarget(target);
+  registration_.align(output_);
+  source->clear(); // a buffer that is used again
+  EXPECT_THAT(messagesOf([&] { EXPECT_TRUE(registration_.getCorrespondences()->empty()); }),
+              HasSubstr("a cloud has lost points"));
+
+  registration_.setInputSource(roomPair<Point>(false).source);
+  registration_.align(output_);
+  target->clear();
+  EXPECT_EQ(registration_.getFitnessScore(), std::numeric_limits<double>::max());
+}
+
 TEST_F(StructuredScene, CorrespondencesAreTheInliersOfTheFitness)
 {
   setPair();

@@ -66,7 +66,7 @@ std::string
 csvField(std::string_view text)
 {
   std::string clean;
-  bool quote = false;
+  bool quote = !text.empty() && text.front() == '#'; // at the begin of a line it would be a comment
   for (const char c : text) {
     clean += isControl(c) ? ' ' : c;
     quote = quote || c == ',' || c == '"';

@@ -28,7 +28,8 @@ namespace fs = std::filesystem;
 
 constexpr double kFarFromOrigin = 1e4; // [m] from which on a float is too coarse
 
-/// \throw io::IoError when no file of this name can be written
+} // namespace
+
 void
 requireWritable(const std::string& path)
 {
@@ -42,6 +43,8 @@ requireWritable(const std::string& path)
     throw io::IoError(path + ": cannot be written");
 }
 
+namespace {
+
 std::vector<std::size_t>
 scansToWrite(const MultiwayMap& map)
 {
@@ -50,6 +53,17 @@ scansToWrite(const MultiwayMap& map)
     if (isWritten(map.scans[i]))
       scans.push_back(i);
   return scans;
+}
+
+/// A copy that an earlier run left of a scan that has no place now would lie about it.
+void
+removeStaleCopies(const std::string& folder, const std::vector<std::string>& copies, const MultiwayMap& map)
+{
+  for (std::size_t i = 0; i < copies.size(); ++i) {
+    std::error_code error;
+    if (!isWritten(map.scans[i]))
+      fs::remove(fs::path(folder) / copies[i], error);
+  }
 }
 
 } // namespace
@@ -142,6 +156,8 @@ writeClouds(const CloudOutputs& outputs,
   }
   if (!outputs.e57.empty())
     e57.emplace(outputs.e57);
+  if (!outputs.pcd.empty())
+    removeStaleCopies(outputs.pcd, copies, map);
   for (std::size_t k = 0; k < scans.size(); ++k) {
     const std::size_t i = scans[k];
     const Eigen::Isometry3d& pose = map.scans[i].T_map_scan;

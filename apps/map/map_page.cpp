@@ -31,11 +31,11 @@ replaced(std::string text, const std::string& what, std::string_view by)
   return text;
 }
 
-/// JSON that may stand within a script element.
+/// JSON that may stand within a script element: no "</script>" and no "<!--" in it ends or changes the element.
 std::string
 scriptJson(const nlohmann::ordered_json& json)
 {
-  return replaced(json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace), "</", "<\\/");
+  return replaced(json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace), "<", "\\u003c");
 }
 
 /// For each component the motion that draws it upright and near the origin, where drawing is exact.

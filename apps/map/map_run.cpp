@@ -28,6 +28,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
+#include <optional>
 #include <system_error>
 #include <unistd.h>
 #include <variant>
@@ -85,7 +86,11 @@ public:
       throw UsageError("INPUT: a map takes two scans or more, here is " + std::to_string(files_.size()));
     // Everything that may be wrong with the arguments is looked at before hours of work.
     readInputs();
+    checkOwnFiles();
     makeFolder();
+    checkOutputs(arguments_.clouds, files_);
+    if (!arguments_.json.empty() && arguments_.json != "-")
+      requireWritable(arguments_.json);
     MultiwayRegistration registration(optionsOf(arguments_));
     letRanksLink(registration);
     registration.openProject(inFolder("map.sqlite"), goesOn());
@@ -99,10 +104,8 @@ public:
       try {
         return registration.run(show);
       }
-      catch (const std::invalid_argument& problem) {
-        if (arguments_.accepted.empty())
-          throw;
-        throw UsageError("--accept: " + std::string(problem.what()));
+      catch (const DecisionError& problem) {
+        throw UsageError("--accept, --reject: " + std::string(problem.what()));
       }
     }();
     places_.resize(map.scans.size(), Eigen::Vector3d::Zero());
@@ -110,6 +113,7 @@ public:
     toFileCoordinates(map);
     MapOutput output{map, std::nullopt, {}, "ssfr_map " + arguments_.words, 0, 0};
     std::string problem = layOntoControl(map, output);
+    registration.writeToProject(map);
     if (!truth_.empty())
       output.errors = compareWithTruth(map, truth_, places_);
     if (const std::string other = writeAllClouds(map); problem.empty())
@@ -163,10 +167,8 @@ private:
   void
   readInputs()
   {
-    if (!arguments_.truth.empty())
-      truth_ = readPoses(arguments_.truth);
-    if (!arguments_.poses.empty())
-      poses_ = readPoses(arguments_.poses);
+    truth_ = readPosesOfScans(arguments_.truth);
+    poses_ = readPosesOfScans(arguments_.poses);
     if (!arguments_.control.empty())
       control_ = readControl(arguments_.control);
     for (const ControlPoint& point : control_)
@@ -179,7 +181,45 @@ private:
     for (const auto& [a, b] : arguments_.rejected)
       if (scanNamed("reject", a) == scanNamed("reject", b))
         throw oneScanTwice("reject", a, b);
-    checkOutputs(arguments_.clouds, files_);
+  }
+
+  /// Empty without a file.
+  std::vector<std::optional<Eigen::Isometry3d>>
+  readPosesOfScans(const std::string& file) const
+  {
+    if (file.empty())
+      return {};
+    std::vector<std::string> names;
+    for (const MapInputFile& scan : files_)
+      names.push_back(scan.name);
+    std::vector<std::optional<Eigen::Isometry3d>> poses = posesOfScans(readPoses(file), names, file);
+    if (std::none_of(poses.begin(), poses.end(), [](const auto& pose) { return pose.has_value(); }))
+      throw io::IoError(file + ": names none of the scans");
+    return poses;
+  }
+
+  /// What is written takes the place of nothing that is read, nor of what is no earlier map.
+  void
+  checkOwnFiles() const
+  {
+    std::error_code error;
+    const bool is_map = fs::exists(inFolder("map.sqlite"), error);
+    std::vector<std::string> written;
+    for (const char* name : {"poses.csv", "links.csv", "map.json", "report.html", "poses.tum"}) {
+      written.push_back(inFolder(name));
+      if (!is_map && fs::exists(written.back(), error))
+        throw io::IoError(written.back() + ": is there already, and " + arguments_.out +
+                          " holds no map of this program; take another folder");
+    }
+    if (!arguments_.json.empty() && arguments_.json != "-")
+      written.push_back(arguments_.json);
+    std::vector<std::string> read = {arguments_.truth, arguments_.poses, arguments_.control};
+    for (const MapInputFile& file : files_)
+      read.push_back(io::fileOfScan(file.path));
+    for (const std::string& output : written)
+      for (const std::string& input : read)
+        if (!input.empty() && fs::weakly_canonical(output, error) == fs::weakly_canonical(input, error))
+          throw UsageError(output + " would be replaced, but is read; take a copy of it in another place");
   }
 
   void
@@ -229,18 +269,14 @@ private:
   void
   decide(MultiwayRegistration& registration) const
   {
-    std::size_t known = 0;
-    for (std::size_t i = 0; i < files_.size(); ++i)
-      if (const Eigen::Isometry3d* pose = findByName(poses_, files_[i].name)) {
+    for (std::size_t i = 0; i < poses_.size(); ++i)
+      if (poses_[i]) {
         PosePrior prior;
-        prior.T_map_scan = *pose * Eigen::Translation3d(offsets_[i]);
+        prior.T_map_scan = *poses_[i] * Eigen::Translation3d(offsets_[i]);
         prior.rotation = arguments_.pose_rotation_deg * kDegree;
         prior.translation = arguments_.pose_translation_m;
         registration.setPosePrior(static_cast<int>(i), prior);
-        ++known;
       }
-    if (!poses_.empty() && known == 0)
-      throw io::IoError(arguments_.poses + ": names none of the scans");
     for (const std::string& name : arguments_.pins)
       registration.pin(scanNamed("pin", name));
     for (const auto& [a, b] : arguments_.accepted)
@@ -384,6 +420,8 @@ private:
     io::writeFile(inFolder("report.html"), mapPage(output, outlines_));
     if (arguments_.tum)
       io::writeFile(inFolder("poses.tum"), posesTum(output.map));
+    else if (std::error_code error; fs::remove(inFolder("poses.tum"), error))
+      std::cerr << "ssfr_map: poses.tum of the earlier map is removed (--tum writes it)\n";
     if (arguments_.json.empty())
       std::cout << mapText(output) << "written to " << arguments_.out << "\n" << leftOutText(output.map);
     else if (arguments_.json == "-")
@@ -398,7 +436,7 @@ private:
   const MapArguments& arguments_;
   MpiRanks* ranks_;
   std::vector<MapInputFile> files_;
-  std::map<std::string, Eigen::Isometry3d> truth_, poses_;
+  std::vector<std::optional<Eigen::Isometry3d>> truth_, poses_; ///< of each scan; empty: no file
   std::vector<ControlPoint> control_;
   std::vector<Eigen::Vector3d> offsets_; ///< of each scan's coordinates [m]
   std::vector<Eigen::Vector3d> places_;  ///< of the sensors, in file coordinates [m]

@@ -5,13 +5,12 @@
 
 #include "common/rotation_math.h"
 
-#include <apps/map/pose_list.h>
-
 #include <Eigen/Cholesky>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 
 namespace pcl_ssfr {
 namespace apps {
@@ -73,7 +72,7 @@ fit(const std::vector<std::size_t>& scans,
 
 MapErrors
 compareWithTruth(const MultiwayMap& map,
-                 const std::map<std::string, Eigen::Isometry3d>& truth,
+                 const std::vector<std::optional<Eigen::Isometry3d>>& truth,
                  const std::vector<Eigen::Vector3d>& places,
                  double rotation_bound_deg,
                  double translation_bound_m)
@@ -84,8 +83,8 @@ compareWithTruth(const MultiwayMap& map,
   std::map<int, std::vector<std::size_t>> components;
   for (std::size_t i = 0; i < map.scans.size(); ++i) {
     found.push_back(map.scans[i].T_map_scan);
-    if (const Eigen::Isometry3d* pose = findByName(truth, map.scans[i].name)) {
-      known[i] = *pose;
+    if (truth[i]) {
+      known[i] = *truth[i];
       components[map.scans[i].component].push_back(i);
     }
   }

@@ -8,7 +8,6 @@
 #include <Eigen/Geometry>
 
 #include <cstddef>
-#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -42,11 +41,12 @@ struct MapErrors {
  *
  * Each component is laid onto the truth by the rigid motion that most of its scans agree with within the bound (so that
  * a part in the wrong place is wrong, not all), then by least squares over these.
+ * \param[in] truth pose of each scan, where it is known
  * \param[in] places of the sensors in the scans' frames [m]
  */
 MapErrors
 compareWithTruth(const MultiwayMap& map,
-                 const std::map<std::string, Eigen::Isometry3d>& truth,
+                 const std::vector<std::optional<Eigen::Isometry3d>>& truth,
                  const std::vector<Eigen::Vector3d>& places,
                  double rotation_bound_deg = 2,
                  double translation_bound_m = 0.3);

@@ -10,6 +10,7 @@
 #include <apps/io/text_scanner.h>
 #include <apps/io/transform_file.h>
 #include <apps/map/csv_table.h>
+#include <apps/map/map_inputs.h>
 
 #include <Eigen/SVD>
 
@@ -126,6 +127,35 @@ readPoses(const std::string& path)
   if (poses.empty())
     throw io::IoError(path + ": holds no pose");
   return poses;
+}
+
+std::vector<std::optional<Eigen::Isometry3d>>
+posesOfScans(const std::map<std::string, Eigen::Isometry3d>& poses,
+             const std::vector<std::string>& names,
+             const std::string& file)
+{
+  std::map<std::string, std::vector<std::size_t>> answering; // scans by what they may be called
+  for (std::size_t i = 0; i < names.size(); ++i)
+    for (const std::string& key : namesOfScan(names[i]))
+      if (std::vector<std::size_t>& scans = answering[key]; scans.empty() || scans.back() != i)
+        scans.push_back(i);
+  std::vector<std::optional<Eigen::Isometry3d>> found(names.size());
+  for (std::size_t i = 0; i < names.size(); ++i)
+    for (const std::string& key : namesOfScan(names[i])) {
+      const auto pose = poses.find(key);
+      if (pose == poses.end())
+        continue;
+      const std::vector<std::size_t>& scans = answering[key];
+      if (key == names[i] || scans.size() == 1) {
+        found[i] = pose->second;
+        break;
+      }
+      const auto owns = [&](std::size_t scan) { return names[scan] == key; };
+      const bool is_pick = names[i].size() > key.size() && names[i][names[i].size() - key.size() - 1] == '#';
+      if (!is_pick && std::none_of(scans.begin(), scans.end(), owns))
+        throw io::IoError(file + ": " + io::inQuotes(key) + " may be " + names[scans[0]] + " or " + names[scans[1]]);
+    }
+  return found;
 }
 
 Eigen::Isometry3d

@@ -4,11 +4,11 @@
 #pragma once
 
 #include <apps/io/io_error.h>
-#include <apps/map/map_inputs.h>
 
 #include <Eigen/Geometry>
 
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,18 +24,17 @@ namespace apps {
 std::map<std::string, Eigen::Isometry3d>
 readPoses(const std::string& path);
 
-/// The entry of a scan by one of namesOfScan(); null when there is none.
-template <typename Value>
-const Value*
-findByName(const std::map<std::string, Value>& values, const std::string& name)
-{
-  for (const std::string& key : namesOfScan(name)) {
-    const auto found = values.find(key);
-    if (found != values.end())
-      return &found->second;
-  }
-  return nullptr;
-}
+/** \brief The pose of each scan of a list; none: the list has none.
+ *
+ * Each scan is looked up by namesOfScan(), best first. A name that two scans answer to is nobody's.
+ * \param[in] names of the scans, each another one
+ * \throw io::IoError when a scan has no other entry than one of a name that two answer to, but for what is behind "#"
+ * of scans in E57 files; naming \p file, the name and both
+ */
+std::vector<std::optional<Eigen::Isometry3d>>
+posesOfScans(const std::map<std::string, Eigen::Isometry3d>& poses,
+             const std::vector<std::string>& names,
+             const std::string& file);
 
 /// The rigid motion that lays \p from onto \p to in the least squares sense: of three points or more that are not on a
 /// line. \throw std::invalid_argument otherwise

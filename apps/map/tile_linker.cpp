@@ -68,7 +68,7 @@ TileLinker::prepare(const PairTile& tile, const std::atomic<bool>& stop)
           return;
         auto& [path, scan] = missing[static_cast<std::size_t>(index)];
         const ScanSource source = load_(*path);
-        scan.hash = hashOfPoints(source.view);
+        scan.hash = hashOfScan(source.view);
         scan.prepared = prepareScan(source.view, options);
         scan.used = tiles_;
       });

@@ -62,7 +62,7 @@ namespace pcl_ssfr {
  * setTargetViewpoint() give it explicitly; ViewpointMode::Unknown never uses it.
  *
  * **Guess.** Never needed and never harmful: a guess other than the identity is judged as one more candidate. With
- * setGuessTolerance() it is a prior instead.
+ * setGuessTolerance() it is a prior instead, and align() with a guess that is no rigid motion does not converge.
  *
  * **Cached work.** The target and the source are prepared once and kept until their setter (or setIndices(), or the
  * setter of a viewpoint) is called again, or align() finds another value of an option that the preparation reads
@@ -70,8 +70,9 @@ namespace pcl_ssfr {
  *
  * **Work on demand.** The search tree of the target takes 1.7 times the memory of a cloud of pcl::PointXYZ, and the
  * registration does not use it: it is built by the first call of getFitnessScore() or getCorrespondences(), from the
- * clouds as they are then, unlike with ICP. So is the list of correspondences. A search method that was set by
- * setSearchMethodTarget() is filled at once, as PCL does.
+ * points that the target had when it was set, as they are then, unlike with ICP: what was appended since is left out,
+ * and a target that has lost points has no neighbours. So is the list of correspondences. A search method that was set
+ * by setSearchMethodTarget() is filled at once, as PCL does.
  *
  * **Time limit.** setTimeLimit() bounds the whole of align(), preparation included, but for the copying of the source
  * into the output. When it ends the preparation, the status is Status::TimeLimit, the message names the stage, and the

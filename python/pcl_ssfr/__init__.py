@@ -83,7 +83,7 @@ def register_scans(
 
     source, target: arrays of shape (N, 3), float32 or float64, points in metres, NaN where nothing was measured; or
         what prepare_scan() gave. Contiguous float32 is read in place. float64 is copied as float32; an offset is taken off
-        large coordinates (map frames) first, and put back into the result.
+        large coordinates (map frames) first, and put back into the result. What a masked array masks is NaN.
     guess: rigid motion, shape (4, 4); refined and judged as one more candidate. Never needed.
     source_viewpoint, target_viewpoint: where the sensor was, shape (3,), in the coordinates of the points [m]; the
         origin when None. The option viewpoint_mode says whether that is checked against the points.
@@ -96,7 +96,7 @@ def register_scans(
         profile: "default", or "paper2017" for the method as published.
         viewpoint_mode: "auto": the viewpoints are checked against the points, and looked for in them where they do not
             fit; "sensor": they are right; "unknown": they are looked for; "unused": do without.
-        guess_tolerance: (degrees, metres): only poses that near to the guess are considered.
+        guess_tolerance: (degrees, metres): only poses that near to the guess, which it needs, are considered.
         gravity_tolerance_deg: three standard deviations of `gravity`.
         normal_radius, density_radius, bin_width, leaf, overlap_radius: scales [m] ([chord] for the second); 0: from the
             data.
@@ -129,7 +129,8 @@ def prepare_scan(
 ) -> PreparedScan:
     """Do once what a registration does with each scan; register_scans() takes the result in place of the array.
 
-    Arguments are those of register_scans(). The array is not kept. A prepared scan never changes and may be used by
+    Arguments are those of register_scans(), and the options profile, viewpoint_mode, normal_radius, density_radius, leaf
+    and numbers: the others are of a registration. It takes as long as it takes. The array is not kept. A prepared scan never changes and may be used by
     several threads. Raises ValueError as register_scans() does.
     """
     options["threads"] = threads
@@ -237,6 +238,10 @@ def map_scans(
     FileError when the project cannot be read or written; NotImplementedError where the package was built without Ceres
     and SQLite.
     """
+    if progress is not None and not callable(progress):
+        raise ValueError(f"progress = {progress!r}, must be callable")
+    if isinstance(pins, str):
+        raise ValueError(f"pins = {pins!r}, must be a list of names")
     if not hasattr(_core, "map_scans"):
         raise NotImplementedError("map_scans: the package was built without Ceres and SQLite")
     inputs: list[object] = []

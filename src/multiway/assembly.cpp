@@ -290,7 +290,7 @@ private:
                T,
                places_[static_cast<std::size_t>(pair.source)],
                options_.choice))
-      throw std::invalid_argument(
+      throw DecisionError(
           "the accepted link " + names_[static_cast<std::size_t>(pair.source)] + ", " +
           names_[static_cast<std::size_t>(pair.target)] +
           " does not agree with the other accepted links between them: " + loopOf(pair.source, pair.target));

@@ -201,10 +201,10 @@ private:
         return l.source == pair.first && l.target == pair.second;
       });
       if (link == links_.end() || link->hypotheses.empty())
-        throw std::invalid_argument("the link " + names_[static_cast<std::size_t>(pair.first)] + ", " +
-                                    names_[static_cast<std::size_t>(pair.second)] +
-                                    " cannot be accepted: no pose of these scans was found" +
-                                    (link == links_.end() ? "" : ": " + link->message));
+        throw DecisionError("the link " + names_[static_cast<std::size_t>(pair.first)] + ", " +
+                            names_[static_cast<std::size_t>(pair.second)] +
+                            " cannot be accepted: no pose of these scans was found" +
+                            (link == links_.end() ? "" : ": " + link->message));
     }
   }
 

@@ -4,6 +4,7 @@
 #include <pcl_ssfr/multiway/multiway_registration.h>
 
 #include "common/angles.h"
+#include "common/config_numbers.h"
 #include "common/parallel.h"
 #include "common/stage_clock.h"
 #include "multiway/candidate_pairs.h"
@@ -16,6 +17,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <mutex>
+#include <set>
 #include <stdexcept>
 #include <utility>
 
@@ -40,6 +42,13 @@ settingsOf(const MultiwayOptions& options, const std::optional<PairGuess>& guess
        {r.normal_radius, r.density_radius, r.leaf, r.bin_width, r.overlap_radius, r.min_confidence})
     add(value);
   add(r.refine ? 1 : 0);
+  PatchProfileConfig numbers = r.patch_profile, standard;
+  const std::vector<ConfigNumber> given = numbersOf(numbers), usual = numbersOf(standard);
+  for (std::size_t i = 0; i < given.size(); ++i)
+    if (given[i].value() != usual[i].value()) {
+      text.append(1, ' ').append(given[i].name);
+      add(given[i].value());
+    }
   add(options.link.hypotheses);
   add(options.link.least_probability);
   if (options.gravity) {
@@ -62,9 +71,11 @@ settingsOf(const MultiwayOptions& options, const std::optional<PairGuess>& guess
 struct MultiwayRegistration::State {
   MultiwayOptions options;
   std::vector<PreparedScan> prepared;
-  std::vector<MapScan> scans; ///< what is known of them before the map
-  std::vector<int> original;  ///< of each scan: the first one with its points
+  std::vector<MapScan> scans;        ///< what is known of them before the map
+  std::vector<int> original;         ///< of each scan: the first one with its points
+  std::vector<std::uint64_t> points; ///< of each scan: hashOfPoints()
   std::vector<std::optional<PosePrior>> priors;
+  std::vector<std::pair<std::string, std::string>> words; ///< what was decided, for the project
   Decisions decisions;
   std::vector<int> pinned;
   PairLinker linker;
@@ -77,6 +88,19 @@ struct MultiwayRegistration::State {
     if (scan < 0 || scan >= static_cast<int>(scans.size()))
       throw std::invalid_argument("scan " + std::to_string(scan) + " is none of the " + std::to_string(scans.size()));
   }
+
+  std::string
+  nameOf(int scan) const
+  {
+    return scans[static_cast<std::size_t>(scan)].name;
+  }
+
+  /// Decisions are of the scans that are linked.
+  void
+  decideOnOriginals();
+  /// \throw DecisionError
+  void
+  checkDecisions() const;
 
   /// What the priors of two scans say of their pose.
   std::optional<PairGuess>
@@ -219,6 +243,34 @@ private:
   std::vector<PairLink> links_;
 };
 
+void
+MultiwayRegistration::State::decideOnOriginals()
+{
+  const auto originalOf = [this](int scan) { return original[static_cast<std::size_t>(scan)]; };
+  for (std::set<std::pair<int, int>>* pairs : {&decisions.accepted, &decisions.rejected}) {
+    std::set<std::pair<int, int>> mapped;
+    for (const auto& [a, b] : *pairs)
+      mapped.insert(std::minmax({originalOf(a), originalOf(b)}));
+    *pairs = std::move(mapped);
+  }
+  std::transform(pinned.begin(), pinned.end(), pinned.begin(), originalOf);
+  for (std::size_t i = 0; i < scans.size(); ++i)
+    if (const auto first = static_cast<std::size_t>(original[i]); priors[i] && !priors[first])
+      priors[first] = priors[i];
+}
+
+void
+MultiwayRegistration::State::checkDecisions() const
+{
+  for (const auto& [a, b] : decisions.accepted)
+    if (decisions.rejected.count({a, b}) > 0)
+      throw DecisionError("the link " + nameOf(a) + ", " + nameOf(b) + " is both accepted and rejected");
+  for (const auto& [kind, pairs] : {std::pair("accepted", &decisions.accepted), {"rejected", &decisions.rejected}})
+    for (const auto& [a, b] : *pairs)
+      if (a == b)
+        throw DecisionError(std::string("the ") + kind + " link of " + nameOf(a) + " is of a scan with itself");
+}
+
 bool
 MultiwayRegistration::State::isLinked(std::size_t scan) const
 {
@@ -325,6 +377,7 @@ MultiwayRegistration::addScans(const std::vector<std::string>& names, const Load
   }
   state_->prepared.resize(state_->scans.size());
   state_->priors.resize(state_->scans.size());
+  state_->points.resize(state_->scans.size());
   Options options = state_->options.registration;
   options.threads = 1;
   std::mutex mutex;
@@ -336,7 +389,8 @@ MultiwayRegistration::addScans(const std::vector<std::string>& names, const Load
     try {
       const ScanSource source = load(static_cast<std::size_t>(index));
       scan.points = source.view.count();
-      scan.hash = hashOfPoints(source.view);
+      state_->points[i] = hashOfPoints(source.view);
+      scan.hash = hashOfScan(source.view);
       state_->prepared[i] = prepareScan(source.view, options);
       scan.reason = problemOf(state_->prepared[i]);
       scan.usable = scan.reason.empty();
@@ -353,7 +407,7 @@ MultiwayRegistration::addScans(const std::vector<std::string>& names, const Load
   for (std::size_t i = first; i < state_->scans.size(); ++i) {
     int original = static_cast<int>(i);
     for (std::size_t k = 0; k < i && state_->scans[i].usable; ++k)
-      if (state_->scans[k].usable && state_->scans[k].hash == state_->scans[i].hash) {
+      if (state_->scans[k].usable && state_->points[k] == state_->points[i]) {
         original = static_cast<int>(k);
         break;
       }
@@ -403,6 +457,7 @@ MultiwayRegistration::accept(int a, int b)
   state_->check(a);
   state_->check(b);
   state_->decisions.accepted.emplace(std::min(a, b), std::max(a, b));
+  state_->words.emplace_back("accept", state_->nameOf(a) + "," + state_->nameOf(b));
 }
 
 void
@@ -411,6 +466,7 @@ MultiwayRegistration::reject(int a, int b)
   state_->check(a);
   state_->check(b);
   state_->decisions.rejected.emplace(std::min(a, b), std::max(a, b));
+  state_->words.emplace_back("reject", state_->nameOf(a) + "," + state_->nameOf(b));
 }
 
 void
@@ -418,6 +474,7 @@ MultiwayRegistration::pin(int scan)
 {
   state_->check(scan);
   state_->pinned.push_back(scan);
+  state_->words.emplace_back("pin", state_->nameOf(scan));
 }
 
 void
@@ -435,24 +492,29 @@ MultiwayRegistration::setLinker(const PairLinker& linker)
   state_->linker = linker;
 }
 
+void
+MultiwayRegistration::writeToProject(const MultiwayMap& map)
+{
+  if (state_->project)
+    state_->project->writeMap(map, state_->words);
+}
+
 MultiwayMap
 MultiwayRegistration::run(const Progress& progress)
 {
   State& s = *state_;
   std::size_t usable = 0;
-  for (std::size_t i = 0; i < s.scans.size(); ++i)
-    usable += s.scans[i].usable && s.original[i] == static_cast<int>(i) ? 1 : 0;
+  std::string reason;
+  for (std::size_t i = 0; i < s.scans.size(); ++i) {
+    usable += s.isLinked(i) ? 1 : 0;
+    if (reason.empty() && !s.scans[i].usable)
+      reason = "; " + s.scans[i].name + ": " + s.scans[i].reason;
+  }
   if (usable < 2)
     throw std::invalid_argument("a map takes two scans or more, " + std::to_string(usable) + " of " +
-                                std::to_string(s.scans.size()) + " can be used");
-  for (const auto& [a, b] : s.decisions.accepted) {
-    const std::string pair =
-        s.scans[static_cast<std::size_t>(a)].name + ", " + s.scans[static_cast<std::size_t>(b)].name;
-    if (s.decisions.rejected.count({a, b}) > 0)
-      throw std::invalid_argument("the link " + pair + " is both accepted and rejected");
-    if (a == b)
-      throw std::invalid_argument("the accepted link " + pair + " is of a scan with itself");
-  }
+                                std::to_string(s.scans.size()) + " can be used" + reason);
+  s.decideOnOriginals();
+  s.checkDecisions();
   StageClock clock;
   MultiwayMap map;
   map.scans = s.scans;
@@ -461,17 +523,7 @@ MultiwayRegistration::run(const Progress& progress)
   map.stages.push_back(clock.lap("link", usable, links.size()));
   const MapInput input = {s.prepared, s.original, s.priors, s.decisions, s.pinned, s.options, s.isByCandidates()};
   makeMap(input, links, map, progress);
-  if (s.project) {
-    std::vector<std::pair<std::string, std::string>> decisions;
-    const auto name = [&](int i) { return s.scans[static_cast<std::size_t>(i)].name; };
-    for (const auto& [a, b] : s.decisions.accepted)
-      decisions.emplace_back("accept", name(a) + "," + name(b));
-    for (const auto& [a, b] : s.decisions.rejected)
-      decisions.emplace_back("reject", name(a) + "," + name(b));
-    for (const int i : s.pinned)
-      decisions.emplace_back("pin", name(i));
-    s.project->writeMap(map, decisions);
-  }
+  writeToProject(map);
   return map;
 }
 

@@ -117,6 +117,13 @@ readHypothesis(ByteReader& in)
   return h;
 }
 
+/// FNV-1a (Fowler, Noll, Vo), eight bytes at a time.
+std::uint64_t
+hashedWith(std::uint64_t hash, std::uint64_t value)
+{
+  return (hash ^ value) * 0x100000001b3u;
+}
+
 } // namespace
 
 PairLink
@@ -131,9 +138,8 @@ linkPair(const PairTask& task, const PreparedScan& source, const PreparedScan& t
 std::uint64_t
 hashOfPoints(const ScanView& scan)
 {
-  // FNV-1a (Fowler, Noll, Vo), eight bytes at a time.
   std::uint64_t hash = 0xcbf29ce484222325u;
-  const auto add = [&](std::uint64_t value) { hash = (hash ^ value) * 0x100000001b3u; };
+  const auto add = [&](std::uint64_t value) { hash = hashedWith(hash, value); };
   for (std::size_t i = 0; i < scan.count(); ++i) {
     std::uint32_t bits[3];
     std::memcpy(bits, scan.point(i).data(), sizeof(bits));
@@ -141,6 +147,19 @@ hashOfPoints(const ScanView& scan)
     add(bits[2]);
   }
   add(scan.count());
+  return hash;
+}
+
+std::uint64_t
+hashOfScan(const ScanView& scan)
+{
+  std::uint64_t hash = hashedWith(hashOfPoints(scan), scan.viewpoint_is_known ? 1 : 0);
+  for (const double coordinate : scan.viewpoint) {
+    const double value = coordinate + 0.0; // one zero
+    std::uint64_t bits = 0;
+    std::memcpy(&bits, &value, sizeof(bits));
+    hash = hashedWith(hash, bits);
+  }
   return hash;
 }
 

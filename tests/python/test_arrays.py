@@ -151,10 +151,12 @@ WRONG_OPTIONS = [
     ({"viewpoint_mode": 3}, "viewpoint_mode = 3, must be one of 'auto', 'sensor', 'unknown', 'unused'"),
     ({"gravity": [0, 0, 0]}, "gravity = [0, 0, 0], must be a direction"),
     ({"gravity": [[0, 0, 1], [0, 1]]}, "gravity = [0, 1], must be three finite numbers"),
+    ({"gravity": {"a": 1, "b": 2}}, "gravity = {'a': 1, 'b': 2}, must be a direction"),
     ({"gravity": "up"}, "gravity = u, must be three finite numbers"),
     ({"gravity_tolerance_deg": 3}, "gravity_tolerance_deg needs gravity"),
     ({"gravity": [0, 0, 1], "gravity_tolerance_deg": 200}, "gravity.tolerance = "),
     ({"guess_tolerance": 3}, "guess_tolerance = 3, must be a pair of degrees and metres"),
+    ({"guess_tolerance": (3, 1)}, "guess_tolerance needs guess"),
     ({"guess_tolerance": (3, -1)}, "guess_tolerance.translation = -1"),
     ({"guess": np.eye(3)}, "guess: must be an array of numbers of shape (4, 4)"),
     ({"guess": 2 * np.eye(4)}, "guess is not a rigid motion"),
@@ -229,6 +231,16 @@ def test_viewpoints(apartment):
     assert pcl_ssfr.register_scans(moved, target, viewpoint_mode="unused").source_viewpoint is None
 
 
+def test_masked_points_are_none(apartment, aligned):
+    points = apartment[0].copy()
+    masked = np.zeros(points.shape, bool)
+    masked[1::2] = True
+    expected = pcl_ssfr.register_scans(np.where(masked, np.nan, points).astype(np.float32), apartment[1])
+    points[1::2] = 3 * points[1::2] + 1
+    result = pcl_ssfr.register_scans(np.ma.masked_array(points, masked), apartment[1])
+    assert pose(result) == pose(expected) != pose(aligned)
+
+
 class TestPrepared:
     def test_same_bits(self, apartment, aligned):
         prepared = [pcl_ssfr.prepare_scan(points) for points in apartment]
@@ -252,6 +264,26 @@ class TestPrepared:
             pcl_ssfr.register_scans(pcl_ssfr.prepare_scan(apartment[0]), source)
         with pytest.raises(ValueError, match="^source_viewpoint: the source is prepared already"):
             pcl_ssfr.register_scans(source, apartment[1], source_viewpoint=[0, 0, 0])
+
+        again = pcl_ssfr.register_scans(source, apartment[1], profile="default")
+        assert pose(again) == pose(result), "the profile that it is of resets nothing"
+
+    def test_numbers_of_two_scans(self, apartment):
+        """Numbers of the search are no part of a preparation, so two scans may have different ones."""
+        search = [{"judgement.rival": 0.02}, {"judgement.rival": 0.03}]
+        source, target = (pcl_ssfr.prepare_scan(p, numbers=n) for p, n in zip(apartment, search))
+        with pytest.raises(ValueError, match="^numbers: source and target were prepared with other ones"):
+            pcl_ssfr.register_scans(source, target)
+        assert pcl_ssfr.register_scans(source, target, numbers=search[1]).converged
+
+    @pytest.mark.parametrize(
+        "options",
+        [{"gravity": [0, 0, 1]}, {"guess_tolerance": (1, 1)}, {"min_confidence": 1}, {"time_limit": 1}, {"refine": False}],
+        ids=lambda options: next(iter(options)),
+    )
+    def test_options_of_a_search(self, apartment, options):
+        with pytest.raises(ValueError, match=next(iter(options)) + " is read by register_scans"):
+            pcl_ssfr.prepare_scan(apartment[0], **options)
 
     def test_wrong_viewpoint(self, apartment):
         with pytest.raises(ValueError, match="^viewpoint = 3, must be three finite numbers"):

@@ -83,6 +83,11 @@
     fill();
   };
   const nameOf = (i) => scans[i].name;
+  // Names of scans as the value of an option, for a shell.
+  const scanArguments = (...names) => {
+    const value = names.map((name) => (/[",]/.test(name) ? `"${name.replace(/"/g, '""')}"` : name)).join(",");
+    return /[^\w.,/@%+=:-]/.test(value) ? `'${value.replace(/'/g, "'\\''")}'` : value;
+  };
   // What a person can do about a scan that stands apart, from its reason and its best link.
   const help = (scan) => {
     const i = scans.indexOf(scan);
@@ -95,7 +100,8 @@
     const best = tried[0];
     const other = scans[best.source === i ? best.target : best.source].name;
     return `a scan between it and ${other} (their link: confidence ${number(best.confidence, 2)}, ` +
-           `overlap ${number(100 * best.overlap, 0)} %), or --accept ${scan.name},${other} after a look at both`;
+           `overlap ${number(100 * best.overlap, 0)} %), or --accept ${scanArguments(scan.name, other)} ` +
+           "after a look at both";
   };
   table("unplaced", [["Scan", (s) => s.name], ["Component", (s) => s.component], ["Why", (s) => s.reason],
                      ["What would help", help]],

@@ -12,6 +12,7 @@
 #include <cstddef>
 #include <limits>
 #include <mutex>
+#include <numeric>
 #include <vector>
 
 namespace pcl_ssfr {
@@ -41,8 +42,10 @@ public:
  * pcl::Registration::getFitnessScore() abort, or report a perfect score. This tree answers such queries with "no
  * neighbour": it returns 0, every distance is +infinity and every index is pcl::UNAVAILABLE.
  *
- * The cloud is indexed at the first query, as it is then: pcl::Registration gives each target a tree, which takes more
- * memory than the target itself, and many users never ask it. The first query may come from several threads at once.
+ * The cloud is indexed at the first query: pcl::Registration gives each target a tree, which takes more memory than the
+ * target itself, and many users never ask it. The first query may come from several threads at once. Points that were
+ * appended to the cloud since setInputCloud() are not indexed, as if it had been done there; a cloud that has lost
+ * points since is no longer what was to be searched, and nothing has a neighbour in it.
  */
 template <typename PointT>
 class FiniteQueryKdTree : public pcl::search::KdTree<PointT> {
@@ -68,6 +71,7 @@ public:
                           : std::any_of(cloud->begin(), cloud->end(), is_valid);
     this->input_ = cloud;
     this->indices_ = indices;
+    size_ = cloud->size();
     is_built_ = false;
     forgetIndex();
   }
@@ -86,8 +90,7 @@ public:
                  pcl::Indices& k_indices,
                  std::vector<float>& k_sqr_distances) const override
   {
-    if (has_points_ && this->getPointRepresentation()->isValid(point)) {
-      build();
+    if (this->getPointRepresentation()->isValid(point) && isSearchable()) {
       return Base::nearestKSearch(point, k, k_indices, k_sqr_distances);
     }
     const auto count = static_cast<std::size_t>(std::max(k, 0));
@@ -104,8 +107,7 @@ public:
                std::vector<float>& k_sqr_distances,
                unsigned int max_nn = 0) const override
   {
-    if (has_points_ && this->getPointRepresentation()->isValid(point)) {
-      build();
+    if (this->getPointRepresentation()->isValid(point) && isSearchable()) {
       return Base::radiusSearch(point, radius, k_indices, k_sqr_distances, max_nn);
     }
     k_indices.clear();
@@ -114,20 +116,40 @@ public:
   }
 
 private:
-  /// Index the cloud, if no query has done so.
-  void
-  build() const
+  /// Whether there is an index, which the first query makes.
+  bool
+  isSearchable() const
   {
     if (is_built_.load(std::memory_order_acquire)) {
-      return;
+      return true;
+    }
+    if (!has_points_) {
+      return false;
     }
     const std::lock_guard<std::mutex> lock(building_);
-    if (!is_built_.load(std::memory_order_relaxed)) {
-      const float epsilon = this->tree_->getEpsilon();
-      this->tree_->setInputCloud(this->input_, this->indices_); // forgets the epsilon
-      this->tree_->setEpsilon(epsilon);
-      is_built_.store(true, std::memory_order_release);
+    if (is_built_.load(std::memory_order_relaxed)) {
+      return true;
     }
+    if (this->input_->size() < size_) {
+      return false;
+    }
+    pcl::IndicesConstPtr indices = this->indices_;
+    if (!indices && this->input_->size() > size_) {
+      const auto first = pcl::make_shared<pcl::Indices>(size_);
+      std::iota(first->begin(), first->end(), pcl::index_t(0));
+      indices = first;
+    }
+    const auto is_valid = [this](const PointT& point) { return this->getPointRepresentation()->isValid(point); };
+    const auto is_valid_index = [&](pcl::index_t i) { return is_valid((*this->input_)[static_cast<std::size_t>(i)]); };
+    if (indices ? std::none_of(indices->begin(), indices->end(), is_valid_index)
+                : std::none_of(this->input_->begin(), this->input_->end(), is_valid)) {
+      return false; // its points are others by now
+    }
+    const float epsilon = this->tree_->getEpsilon();
+    this->tree_->setInputCloud(this->input_, indices); // forgets the epsilon
+    this->tree_->setEpsilon(epsilon);
+    is_built_.store(true, std::memory_order_release);
+    return true;
   }
 
   /// Give up the index of an earlier cloud, and that cloud; the settings stay.
@@ -144,6 +166,7 @@ private:
   }
 
   bool has_points_ = false; ///< at least one point of the cloud can be indexed
+  std::size_t size_ = 0;    ///< of the cloud, when it was given
   mutable std::atomic<bool> is_built_{false};
   mutable std::mutex building_;
 };

@@ -87,7 +87,8 @@ public:
   /** \brief The inliers of the last accepted pose, in the order of the indexed points.
    *
    * `index_query` points into the source, `index_match` into the target, `distance` is *squared* [m^2]. Empty when
-   * nothing was accepted. They are looked for at the first call after align(), in the clouds as they are then.
+   * nothing was accepted. They are looked for at the first call after align(), in the clouds as they are then; when
+   * one of them has lost points since, there are none, with PCL_WARN. A list that was handed out does not change.
    */
   pcl::CorrespondencesConstPtr
   getCorrespondences() const;
@@ -201,8 +202,10 @@ private:
   void
   notifyVisualizer();
 
-  Answer answer_;                                   ///< of the last align()
-  mutable bool correspondences_wanted_ = false;     ///< a pose was accepted, and nobody has asked for them yet
+  Answer answer_;                               ///< of the last align()
+  mutable bool correspondences_wanted_ = false; ///< a pose was accepted, and nobody has asked for them yet
+  std::size_t aligned_source_size_ = 0;         ///< of the clouds of that answer
+  std::size_t aligned_target_size_ = 0;
   unsigned warned_ = 0;                             ///< of Ignored: already reported
   typename Base::KdTreeReciprocalPtr default_tree_; ///< the source's tree that the base made
 

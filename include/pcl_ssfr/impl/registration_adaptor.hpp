@@ -99,6 +99,10 @@ RegistrationAdaptor<PointSource, PointTarget, Scalar>::getCorrespondences() cons
     return correspondences_;
   }
   correspondences_wanted_ = false;
+  if (input_->size() < aligned_source_size_ || target_->size() < aligned_target_size_) {
+    reportWarning(getClassName(), "getCorrespondences", "a cloud has lost points since align(), so there are none");
+    return correspondences_;
+  }
   // The base's tree, unless the user made it for another cloud.
   typename Base::KdTreePtr tree = tree_;
   if (tree->getInputCloud() != target_) {
@@ -134,12 +138,15 @@ RegistrationAdaptor<PointSource, PointTarget, Scalar>::computeTransformation(Poi
 
   // A guess that cannot be a pose is not judged; as with ICP it still is the answer of a failed run, if it is finite.
   std::optional<Eigen::Isometry3d> usable_guess;
+  std::string guess_problem;
   Matrix4 fallback = guess;
   if (guess != Matrix4::Identity() || isIdentityAGuess()) {
     usable_guess = rigidGuess(guess.template cast<double>());
     if (!usable_guess) {
-      reportWarning(getClassName(), "align", "the guess is not a rigid motion and is ignored");
       fallback = guess.allFinite() ? guess : Matrix4(Matrix4::Identity());
+      guess_problem = "the guess is not a rigid motion";
+      if (!isIdentityAGuess())
+        reportWarning(getClassName(), "align", guess_problem + " and is ignored");
     }
   }
   previous_transformation_ = fallback;
@@ -158,13 +165,22 @@ RegistrationAdaptor<PointSource, PointTarget, Scalar>::computeTransformation(Poi
     return;
   }
 
-  answer_ = findPose(usable_guess);
+  if (isIdentityAGuess() && !usable_guess) {
+    const std::string refusal = guess_problem + ", and only poses near it are asked for";
+    reject(refusal);
+    reportError(getClassName(), "align", refusal);
+  }
+  else {
+    answer_ = findPose(usable_guess);
+  }
   nr_iterations_ = answer_.iterations;
   converged_ = answer_.is_accepted;
   if (converged_) {
     final_transformation_ = rigidMatrix(answer_.T_target_source).template cast<Scalar>();
     transformation_ = final_transformation_;
     correspondences_wanted_ = true;
+    aligned_source_size_ = input_->size();
+    aligned_target_size_ = target_->size();
   }
   if (update_visualizer_) {
     notifyVisualizer();
@@ -192,7 +208,7 @@ RegistrationAdaptor<PointSource, PointTarget, Scalar>::resetResult()
 {
   converged_ = false;
   nr_iterations_ = 0;
-  correspondences_->clear();
+  correspondences_ = pcl::make_shared<pcl::Correspondences>(); // who has asked for the old ones keeps them
   correspondences_wanted_ = false;
   answer_ = Answer();
   clearResult();

@@ -11,6 +11,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -42,12 +43,12 @@ struct PairLink {
 
 /// A scan in the map.
 struct MapScan {
-  std::string name;                                             ///< as it was given
-  std::uint64_t hash = 0;                                       ///< of its points, 0 when it could not be read
-  std::size_t points = 0;                                       ///< that it has
-  std::size_t bytes = 0;                                        ///< that are kept of it in memory
-  bool usable = false;                                          ///< it can be registered
-  int component = -1;                                           ///< by size from 0
+  std::string name;       ///< as it was given
+  std::uint64_t hash = 0; ///< of points and viewpoint, 0 when it could not be read
+  std::size_t points = 0; ///< that it has
+  std::size_t bytes = 0;  ///< that are kept of it in memory
+  bool usable = false;    ///< it can be registered
+  int component = -1;     ///< by size from 0
   Eigen::Isometry3d T_map_scan = Eigen::Isometry3d::Identity(); ///< maps points of the scan into its component's frame
   /// Covariance of the pose: small motions (w, v) applied on the left about the scan's sensor, order (rotation [rad],
   /// translation [m]), relative to the scan that holds the frame of the component. Zero for that scan.
@@ -110,6 +111,12 @@ struct MultiwayMap {
   /// Poses before the joint adjustment, and along a maximum spanning tree of the links: for comparison.
   std::vector<Eigen::Isometry3d> graph_poses;
   std::vector<Eigen::Isometry3d> chain_poses; ///< the second of these
+};
+
+/// Decisions of a person that cannot hold: an accepted link that has no pose or does not agree with others, say.
+class PCL_SSFR_EXPORT DecisionError : public std::invalid_argument {
+public:
+  using std::invalid_argument::invalid_argument;
 };
 
 } // namespace pcl_ssfr

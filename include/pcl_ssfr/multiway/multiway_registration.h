@@ -114,6 +114,12 @@ public:
   void
   openProject(const std::string& file, bool resume);
 
+  /** \brief Write a map to the project again, such as run() has written it, in the frame that the caller has brought it
+   * to since. Without a project: nothing. \throw std::runtime_error as run()
+   */
+  void
+  writeToProject(const MultiwayMap& map);
+
   /// A person says that the best pose of this pair is right. \throw std::invalid_argument for a number that is no scan
   void
   accept(int a, int b);
@@ -135,8 +141,10 @@ public:
   setLinker(const PairLinker& linker);
 
   /** \brief Link, choose, adjust.
-   * \throw std::invalid_argument when fewer than two scans can be used, or when accepted links do not agree: the text
-   * names the loop that does not close
+   * Decisions, pins and priors of a scan that was given twice are of the first one with its points.
+   * \throw std::invalid_argument when fewer than two scans can be used
+   * \throw DecisionError when decisions cannot hold, as accepted links that do not agree: the text names the loop that
+   * does not close
    * \throw std::runtime_error when the project cannot be written, or when a linker gives a link that was not asked for
    * or leaves one out
    */

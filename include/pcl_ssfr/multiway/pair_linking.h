@@ -31,7 +31,7 @@ struct PairGuess {
 struct PairTask {
   int source = 0;                 ///< number of a scan, less than target
   int target = 0;                 ///< number of the other scan
-  std::uint64_t source_hash = 0;  ///< hashOfPoints() of the source: other points would give another link
+  std::uint64_t source_hash = 0;  ///< hashOfScan() of the source: other points would give another link
   std::uint64_t target_hash = 0;  ///< the same of the target
   std::optional<PairGuess> guess; ///< from the priors of both poses
 };
@@ -55,9 +55,13 @@ using PairLinker = std::function<void(const std::vector<PairTask>& tasks, const 
 PCL_SSFR_EXPORT PairLink
 linkPair(const PairTask& task, const PreparedScan& source, const PreparedScan& target, const MultiwayOptions& options);
 
-/// A number that differs where points differ, as in MapScan::hash.
+/// A number that differs where points differ.
 PCL_SSFR_EXPORT std::uint64_t
 hashOfPoints(const ScanView& scan);
+
+/// A number that differs where points or the viewpoint differ, as in MapScan::hash.
+PCL_SSFR_EXPORT std::uint64_t
+hashOfScan(const ScanView& scan);
 
 /// Tasks as bytes, for a message between processes of one build on machines of one kind.
 PCL_SSFR_EXPORT std::string
