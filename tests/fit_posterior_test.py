@@ -24,8 +24,9 @@ LOADER = importlib.machinery.SourceFileLoader("fit_posterior", str(SCRIPT))
 fit_posterior = importlib.util.module_from_spec(importlib.util.spec_from_loader("fit_posterior", LOADER))
 LOADER.exec_module(fit_posterior)
 
-SEEING = numpy.array([3.0, 3.0, 1.2, 1.0, 0.6, 2.0])
-BLIND = numpy.array([2.0, 0.0, 1.0, 0.8, 0.3, 1.5])
+SEEING = numpy.array([3.0, 3.0, 1.2, 1.0, 0.6, 2.0, 0.4, 3.0])
+BLIND = numpy.array([2.0, 0.0, 1.0, 0.8, 0.3, 1.5, 0.8, 2.0])
+TRUST, ENOUGH = 0.25, 12
 
 
 def model(candidates, numbers, blind):
@@ -33,14 +34,17 @@ def model(candidates, numbers, blind):
     best = candidates[0]
     clear = min(max(best["facing_score"] / best["facing_matched"], 0.001), 1)
     matches = best["facing_matched"] * best["facing_patches"]
-    known, of_clear, third, of_matches, significance, lead = numbers
+    known, of_clear, third, of_matches, significance, lead, other_significance, other_third = numbers
     odds = (known + (0 if blind else of_clear * numpy.log(clear)) + third * numpy.log(best["third_direction"] + 0.001) +
             of_matches * numpy.log(matches + 1))
     none = 1 / (1 + numpy.exp(odds))
     scores = numpy.array([c["score"] for c in candidates])
     weights = numpy.exp(significance * scores * numpy.sqrt(best["patches"]) +
                         lead * numpy.log(numpy.maximum(scores, 0.001)))
-    return (1 - none) * weights / weights.sum(), none
+    held = best["patches"] * numpy.array([c["third_direction"] for c in candidates])
+    others = numpy.exp(other_significance * scores * numpy.sqrt(best["patches"])) * (
+        (held + 1) / (held + ENOUGH)) ** other_third
+    return (1 - none) * ((1 - TRUST) * weights / weights.sum() + TRUST * others / others.sum()), none
 
 
 def draw_pair(random, numbers, blind):
@@ -105,7 +109,7 @@ class FitPosterior(unittest.TestCase):
             found = fit_posterior.fit(pairs)
             # Four standard deviations of such a fit, as drawn with other seeds.
             error = numpy.abs(found - numbers)
-            self.assertTrue((error < [0.55, 0.35, 0.12, 0.12, 0.3, 0.4]).all(), f"{found} for {numbers}")
+            self.assertTrue((error < [0.55, 0.35, 0.12, 0.12, 0.5, 0.8, 0.5, 1.8]).all(), f"{found} for {numbers}")
             if blind:
                 self.assertEqual(found[1], 0)
 
@@ -167,7 +171,7 @@ class FitPosterior(unittest.TestCase):
         self.assertEqual(code, 0)
         self.assertIn("With free space: 180 pairs", output)
         self.assertIn("Blind: 0 pairs, too few to fit", output)
-        self.assertRegex(output, r"\{-?\d+\.\d\d(, -?\d+\.\d\d){5}\}")
+        self.assertRegex(output, r"\{-?\d+\.\d\d(, -?\d+\.\d\d){7}\}")
         rows = [line for line in output.splitlines() if line.startswith("| ")]
         self.assertEqual([r.split(" | ")[0] for r in rows[1:]], ["| a", "| b", "| c", "| **all**"])
         self.assertEqual({r.count("|") for r in rows}, {13})

@@ -88,7 +88,7 @@ contextOf(const std::vector<double>& probabilities, const Refinement& polish = p
 DecisionContext
 judged(const std::vector<ScoredPose>& poses, const Refinement& polish = polishInARoom())
 {
-  return contextOf(computePosterior(poses, JudgementConfig().posterior).poses, polish);
+  return contextOf(computePosterior(poses, {JudgementConfig().posterior, {}}).poses, polish);
 }
 
 TEST(Decision, AcceptsAClearPose)
@@ -414,12 +414,13 @@ TEST(Decision, AcceptsOnlyWhatItIsSureOfAndForAnyUnitOfLength)
       poses.push_back(poseAt(Eigen::Vector3d(random.uniform(-9, 9), 0, random.uniform(-9, 9)),
                              random.uniform(0, 0.8),
                              random.index(8) ? random.uniform(0, 0.01) : random.uniform(0, 0.1)));
-    const PosteriorConfig config = random.index(4) ? JudgementConfig().posterior : JudgementConfig().posterior_blind;
-    sortByWeight(poses, config);
+    const PosteriorModel model = {random.index(4) ? JudgementConfig().posterior : JudgementConfig().posterior_blind,
+                                  {}};
+    sortByProbability(poses, model);
     const bool is_determined = random.index(6) > 0;
     const Refinement polish = is_determined ? polishInARoom() : polishInACorridor();
     DecisionContext context;
-    context.posterior = computePosterior(poses, config);
+    context.posterior = computePosterior(poses, model);
     context.uncertainty = poseUncertainty(polish, kNoiseFloor);
     context.min_confidence = random.index(2) ? 0.7 : random.uniform(0, 1);
     context.is_cut_short = random.index(8) == 0;

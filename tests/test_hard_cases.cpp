@@ -286,7 +286,7 @@ TEST(Repetition, CandidatesAreDistinctAndBestFirst)
     ASSERT_GE(result.candidates.size(), 3U) << row.scene;
     expectDistinctCandidates(result, row.scene);
     for (std::size_t i = 1; i < result.candidates.size(); ++i)
-      EXPECT_LE(result.candidates[i].score, result.candidates[i - 1].score) << row.scene << ' ' << i;
+      EXPECT_LE(result.candidates[i].probability, result.candidates[i - 1].probability) << row.scene << ' ' << i;
   }
 }
 

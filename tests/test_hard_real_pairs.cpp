@@ -228,7 +228,8 @@ INSTANTIATE_TEST_SUITE_P(
                           nearest(0.65),
                           {},
                           3700},
-                      Row{"corridor", "corridor_sick_3dtk", {0, 1, 2}, 0, {}, {}},
+                      // Of 40 turns the second is accepted in 25 and right in 38.
+                      Row{"corridor", "corridor_sick_3dtk", {0, 1, 2}, 1, {}, {}},
                       Row{"ten times coarser source", "parking_tls", {0, 6, 10, 26}, 0, every(10), {}},
                       Row{"ten times coarser target", "parking_tls", {0, 6, 10, 26}, 0, {}, every(10)},
                       // One was solved only as long as its sensor was not recognised: given the sensor it never was.

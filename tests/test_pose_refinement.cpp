@@ -99,7 +99,7 @@ TEST_F(PosesOfARoom, TheMoreProbableOneStandsForThoseNearIt)
   const std::vector<ScoredPose> kept = keepDistinct(scans, poses, 10);
   ASSERT_EQ(kept.size(), 2U);
   EXPECT_EQ(kept[0].T_target_source.matrix(), poses[2].T_target_source.matrix());
-  EXPECT_GE(logWeight(kept[0], scans.posteriorConfig()), logWeight(kept[1], scans.posteriorConfig()));
+  EXPECT_GT(kept[0].score, kept[1].score);
   EXPECT_EQ(keepDistinct(scans, poses, 1).size(), 1U);
   EXPECT_TRUE(keepDistinct(scans, poses, 0).empty());
   EXPECT_TRUE(keepDistinct(scans, {}, 10).empty());
@@ -142,9 +142,9 @@ TEST_F(PosesOfARoom, LeadersArePolishedDownToTheOddsOfARival)
   std::vector<ScoredPose> poses = keepDistinct(scans, {scored(scans, 0), scored(scans, 1.0), scored(scans, -1.2)}, 10);
   ASSERT_EQ(poses.size(), 3U);
   // Given the same weight as the best one, the second is a rival; the third is not.
-  poses[1].log_prior += logWeight(poses[0], scans.posteriorConfig()) - logWeight(poses[1], scans.posteriorConfig());
-  poses[2].log_prior += logWeight(poses[0], scans.posteriorConfig()) - logWeight(poses[2], scans.posteriorConfig()) +
-                        1.01 * std::log(scans.config().judgement.rival);
+  poses[1].log_prior -= logOdds(poses[1], poses[0], scans.posteriorModel());
+  poses[2].log_prior -= logOdds(poses[2], poses[0], scans.posteriorModel());
+  poses[2].log_prior += 1.01 * std::log(scans.config().judgement.rival);
   const std::vector<ScoredPose> polished = polishLeaders(scans, poses, stages_);
   ASSERT_FALSE(polished.empty());
   EXPECT_TRUE(polished[0].polish);
@@ -193,7 +193,7 @@ TEST(NeighbouringOptima, AreRivalsOfTheBestPose)
       return pose.polish && translationBetween(pose.T_target_source, alias, scans.source.viewpoint) < 0.1;
     })) << shift;
   }
-  const Posterior posterior = computePosterior(poses, pair.posteriorConfig());
+  const Posterior posterior = computePosterior(poses, pair.posteriorModel());
   EXPECT_LT(posterior.poses[0], 1 - posterior.none);
 
   // Where every motion is determined well enough, none is looked for.

@@ -20,7 +20,16 @@ namespace {
 
 constexpr double kContradictionWeight = 14;
 constexpr double kPatches = 500; // weighted number of them, half of which face their sensor
-const PosteriorConfig kSeeing = JudgementConfig().posterior, kBlind = JudgementConfig().posterior_blind;
+const PosteriorModel kSeeing = {JudgementConfig().posterior, JudgementConfig().directions};
+const PosteriorModel kBlind = {JudgementConfig().posterior_blind, JudgementConfig().directions};
+
+/// The posterior of one of its two models alone.
+PosteriorModel
+alone(PosteriorModel model, bool of_directions)
+{
+  model.directions.trust = of_directions ? 1 : 0;
+  return model;
+}
 
 /// Evidence of a pose: shares of the surface that matches, that contradicts, and that matches in the third direction.
 ScoredPose
@@ -101,7 +110,7 @@ TEST(Posterior, NoPoses)
 
 TEST(Posterior, ByHand)
 {
-  const PosteriorConfig config = {0.5, 2, 1, 1, 0.25, 3};
+  const PosteriorModel config = {{0.5, 2, 1, 1, 0.25, 3}, {0.25, 0.5, 2, 6}};
   ScoredPose first, second;
   SurfaceEvidence e;
   e.total = 20;
@@ -113,19 +122,24 @@ TEST(Posterior, ByHand)
   rate(second, e, kContradictionWeight);
   ASSERT_NEAR(first.score, 0.75, 1e-12);
   ASSERT_NEAR(second.score, 0.5, 1e-12);
-  // Each count of the root of 16 patches a quarter: they lead by 0.25, and by three times the log of 1.5.
+  // By the first model each of the root of 16 patches counts a quarter: they lead by 0.25, and by three times the log
+  // of 1.5. By the second each counts a half, and 1.6 patches of the first one face the third direction, 4 of the
+  // other.
   second.log_prior = std::log(2);
-  EXPECT_NEAR(logWeight(first, config), 0.75 + 3 * std::log(0.75), 1e-12);
-  EXPECT_NEAR(logWeight(second, config), 0.5 + 3 * std::log(0.5) + std::log(2), 1e-12);
+  second.evidence.matched_normals = Eigen::Vector3d(5, 6, 5).asDiagonal();
+  const double by_lead = std::exp(0.25) * std::pow(1.5, 3) / 2;
+  const double by_directions = std::exp(0.5) * std::pow((2.6 / 7.6) / (5.0 / 10), 2) / 2;
+  EXPECT_NEAR(logOdds(first, second, config), std::log(by_lead), 1e-12);
+  EXPECT_NEAR(logOdds(second, first, config), -std::log(by_directions), 1e-12);
   // Of the 8 matches 1.4 are taken back.
   const double log_odds = 0.5 + 2 * std::log(6.6 / 8) + std::log(0.101) + std::log(9);
   const double any = 1 / (1 + std::exp(-log_odds));
-  const double odds = std::exp(0.25) * std::pow(1.5, 3) / 2;
+  const double share = 0.75 * by_lead / (1 + by_lead) + 0.25 * by_directions / (1 + by_directions);
   const Posterior posterior = computePosterior({first, second}, config);
   EXPECT_NEAR(posterior.none, 1 - any, 1e-12);
   ASSERT_EQ(posterior.poses.size(), 2U);
-  EXPECT_NEAR(posterior.poses[0], any * odds / (1 + odds), 1e-12);
-  EXPECT_NEAR(posterior.poses[1], any / (1 + odds), 1e-12);
+  EXPECT_NEAR(posterior.poses[0], any * share, 1e-12);
+  EXPECT_NEAR(posterior.poses[1], any * (1 - share), 1e-12);
   EXPECT_EQ(posterior.best(), posterior.poses[0]);
 }
 
@@ -186,7 +200,7 @@ TEST(Posterior, DoesNotDependOnTheOrder)
 
 TEST(Posterior, AnEqualPoseTakesHalfAndLeavesNone)
 {
-  for (const PosteriorConfig& config : {kSeeing, kBlind})
+  for (const PosteriorModel& config : {kSeeing, kBlind})
     for (const ScoredPose& pose : {goodPose(), badPose()}) {
       const Posterior alone = computePosterior({pose}, config);
       ASSERT_GT(alone.best(), 0.001);
@@ -200,26 +214,70 @@ TEST(Posterior, AnEqualPoseTakesHalfAndLeavesNone)
     }
 }
 
-TEST(Posterior, LogPriorMultipliesTheOdds)
+TEST(Posterior, LogPriorMultipliesTheOddsOfEachModel)
 {
-  const Posterior even = computePosterior({goodPose(), rivalOf(goodPose(), 0.95)}, kSeeing);
-  for (const double k : {0.05, 0.5, 2.0, 31.0}) {
-    ScoredPose favoured = goodPose();
-    favoured.log_prior = std::log(k);
-    const Posterior posterior = computePosterior({favoured, rivalOf(goodPose(), 0.95)}, kSeeing);
-    EXPECT_NEAR(posterior.poses[0] / posterior.poses[1],
-                k * even.poses[0] / even.poses[1],
-                1e-9 * k * even.poses[0] / even.poses[1]);
-    // A constant of the pair is of no effect.
-    ScoredPose rival = rivalOf(goodPose(), 0.95);
-    rival.log_prior = favoured.log_prior;
-    EXPECT_NEAR(computePosterior({favoured, rival}, kSeeing).best(), even.best(), 1e-12);
+  for (const bool of_directions : {false, true}) {
+    const PosteriorModel model = alone(kSeeing, of_directions);
+    const Posterior even = computePosterior({goodPose(), rivalOf(goodPose(), 0.95)}, model);
+    for (const double k : {0.05, 0.5, 2.0, 31.0}) {
+      ScoredPose favoured = goodPose();
+      favoured.log_prior = std::log(k);
+      const Posterior posterior = computePosterior({favoured, rivalOf(goodPose(), 0.95)}, model);
+      EXPECT_NEAR(posterior.poses[0] / posterior.poses[1],
+                  k * even.poses[0] / even.poses[1],
+                  1e-9 * k * even.poses[0] / even.poses[1]);
+      // A constant of the pair is of no effect.
+      ScoredPose rival = rivalOf(goodPose(), 0.95);
+      rival.log_prior = favoured.log_prior;
+      EXPECT_NEAR(computePosterior({favoured, rival}, model).best(), even.best(), 1e-12);
+    }
+  }
+}
+
+TEST(Posterior, IsBetweenItsTwoModels)
+{
+  testing::Random random(6);
+  int apart = 0;
+  for (int trial = 0; trial < 500; ++trial) {
+    std::vector<ScoredPose> poses = randomPoses(random);
+    sortByProbability(poses, kSeeing);
+    const Posterior both = computePosterior(poses, kSeeing);
+    const Posterior first = computePosterior(poses, alone(kSeeing, false));
+    const Posterior second = computePosterior(poses, alone(kSeeing, true));
+    // Their sums of all but "none" differ where they have another best pose.
+    const auto anyOf = [](const Posterior& p) { return std::accumulate(p.poses.begin(), p.poses.end(), 0.0); };
+    const double any = anyOf(both), any_first = anyOf(first), any_second = anyOf(second);
+    if (!(any > 0 && any_first > 0 && any_second > 0))
+      continue;
+    for (std::size_t k = 0; k < poses.size(); ++k) {
+      const auto [low, high] = std::minmax({first.poses[k] / any_first, second.poses[k] / any_second});
+      ASSERT_GE(both.poses[k] / any, low - 1e-12);
+      ASSERT_LE(both.poses[k] / any, high + 1e-12);
+      apart += high > low + 0.1;
+    }
+  }
+  EXPECT_GT(apart, 100);
+}
+
+TEST(Posterior, GroundOnGroundIsNoLeadOverWhatIsHeld)
+{
+  // Twice the surface in two directions against what is held in all three.
+  const ScoredPose ground = poseOf(0.3, 0, 0.0005), held = poseOf(0.15, 0, 0.05);
+  for (const PosteriorModel& model : {kSeeing, kBlind}) {
+    const Posterior lead = computePosterior({ground, held}, alone(model, false));
+    EXPECT_GT(lead.poses[0], 3 * lead.poses[1]);
+    const Posterior directions = computePosterior({ground, held}, alone(model, true));
+    EXPECT_GT(directions.poses[1], directions.poses[0]);
+    // Both together do not know.
+    const Posterior both = computePosterior({ground, held}, model);
+    EXPECT_LT(std::max(both.poses[0], both.poses[1]), Options().min_confidence);
+    EXPECT_GE(logOdds(held, ground, model), 0);
   }
 }
 
 TEST(Posterior, NothingForTheBestPoseIsNoneOfThem)
 {
-  for (const PosteriorConfig& config : {kSeeing, kBlind}) {
+  for (const PosteriorModel& config : {kSeeing, kBlind}) {
     EXPECT_EQ(computePosterior({ScoredPose()}, config).none, 1);
     EXPECT_EQ(computePosterior({ScoredPose()}, config).best(), 0);
     // More contradictions than the matches are worth.
@@ -235,7 +293,7 @@ TEST(Posterior, NothingForTheBestPoseIsNoneOfThem)
 
 TEST(Posterior, SeparatesClearCases)
 {
-  for (const PosteriorConfig& config : {kSeeing, kBlind}) {
+  for (const PosteriorModel& config : {kSeeing, kBlind}) {
     EXPECT_GT(computePosterior({goodPose(), rivalOf(goodPose(), 0.5)}, config).best(), 0.9);
     EXPECT_LT(computePosterior({badPose(), rivalOf(badPose(), 0.95)}, config).best(), Options().min_confidence);
     EXPECT_GT(computePosterior({badPose()}, config).none, 1 - Options().min_confidence);
@@ -244,7 +302,7 @@ TEST(Posterior, SeparatesClearCases)
 
 TEST(Posterior, GrowsWithTheOverlapAndWithTheThirdDirection)
 {
-  for (const PosteriorConfig& config : {kSeeing, kBlind})
+  for (const PosteriorModel& config : {kSeeing, kBlind})
     for (const bool has_rival : {false, true}) {
       const auto best = [&](double overlap, double third) {
         const ScoredPose pose = poseOf(overlap, 0, third), rival = poseOf(0.01);
@@ -268,7 +326,7 @@ TEST(Posterior, GrowsWithTheOverlapAndWithTheThirdDirection)
 TEST(Posterior, GrowsWithTheScoreAmongPoses)
 {
   // Of the same matches: only their shares of what is sure change.
-  for (const PosteriorConfig& config : {kSeeing, kBlind}) {
+  for (const PosteriorModel& config : {kSeeing, kBlind}) {
     double before = 1;
     for (int percent = 5; percent <= 100; percent += 5) {
       const Posterior posterior = computePosterior({goodPose(), rivalOf(goodPose(), percent / 100.0)}, config);
@@ -304,7 +362,7 @@ TEST(Posterior, FallsWithContradictions)
 TEST(Posterior, SettlesMoreWithMorePatches)
 {
   // The same shares of more patches: chance accounts for less of the lead.
-  for (const PosteriorConfig& config : {kSeeing, kBlind}) {
+  for (const PosteriorModel& config : {kSeeing, kBlind}) {
     double before = 1;
     for (const double patches : {10, 100, 1000, 10000}) {
       const Posterior posterior =
@@ -318,7 +376,7 @@ TEST(Posterior, SettlesMoreWithMorePatches)
 
 TEST(Posterior, WithoutFreeSpaceARivalTakesMore)
 {
-  const auto share = [](const PosteriorConfig& config) {
+  const auto share = [](const PosteriorModel& config) {
     const Posterior posterior = computePosterior({poseOf(0.6), poseOf(0.55)}, config);
     return posterior.best() / (1 - posterior.none);
   };
@@ -328,12 +386,15 @@ TEST(Posterior, WithoutFreeSpaceARivalTakesMore)
 TEST(Posterior, ThreeThatComeNearLeaveLessThanTwo)
 {
   const ScoredPose best = poseOf(0.6), near = poseOf(0.58);
-  const Posterior two = computePosterior({best, near}, kSeeing), three = computePosterior({best, near, near}, kSeeing);
-  EXPECT_LT(three.best(), two.best());
-  EXPECT_NEAR(three.poses[1] / three.poses[0], two.poses[1] / two.poses[0], 1e-12);
+  EXPECT_LT(computePosterior({best, near, near}, kSeeing).best(), computePosterior({best, near}, kSeeing).best());
+  for (const bool of_directions : {false, true}) {
+    const PosteriorModel model = alone(kSeeing, of_directions);
+    const Posterior two = computePosterior({best, near}, model), three = computePosterior({best, near, near}, model);
+    EXPECT_NEAR(three.poses[1] / three.poses[0], two.poses[1] / two.poses[0], 1e-12);
+  }
 }
 
-TEST(SortByWeight, MostProbableFirstAndEqualsInTheirOrder)
+TEST(SortByProbability, MostProbableFirstAndEqualsInTheirOrder)
 {
   testing::Random random(2);
   std::vector<ScoredPose> poses(300);
@@ -342,7 +403,7 @@ TEST(SortByWeight, MostProbableFirstAndEqualsInTheirOrder)
     poses[i].evidence.patches.total = kPatches;
     poses[i].facing_score = static_cast<double>(i); // where it stood
   }
-  sortByWeight(poses, kSeeing);
+  sortByProbability(poses, kSeeing);
   for (std::size_t i = 1; i < poses.size(); ++i) {
     ASSERT_GE(poses[i - 1].score, poses[i].score);
     if (poses[i - 1].score == poses[i].score) {
@@ -350,17 +411,18 @@ TEST(SortByWeight, MostProbableFirstAndEqualsInTheirOrder)
     }
   }
   std::vector<ScoredPose> none;
-  sortByWeight(none, kSeeing);
+  sortByScore(none, kSeeing);
+  sortByProbability(none, kSeeing);
   EXPECT_TRUE(none.empty());
 }
 
-TEST(SortByWeight, FollowsTheProbabilities)
+TEST(SortByProbability, FollowsTheProbabilities)
 {
   testing::Random random(3);
   int not_by_score = 0;
   for (int trial = 0; trial < 300; ++trial) {
     std::vector<ScoredPose> poses = randomPoses(random);
-    sortByWeight(poses, kSeeing);
+    sortByProbability(poses, kSeeing);
     const Posterior posterior = computePosterior(poses, kSeeing);
     for (std::size_t i = 1; i < poses.size(); ++i) {
       ASSERT_GE(posterior.poses[i - 1], posterior.poses[i]);
@@ -368,6 +430,16 @@ TEST(SortByWeight, FollowsTheProbabilities)
     }
   }
   EXPECT_GT(not_by_score, 0); // the prior counts, too
+}
+
+TEST(SortByScore, ThePriorCountsTheDirectionsDoNot)
+{
+  std::vector<ScoredPose> poses = {poseOf(0.5, 0, 0.3), poseOf(0.6, 0, 0), poseOf(0.5, 0, 0.1), poseOf(0.1, 0, 0.1)};
+  poses[3].log_prior = 1000;
+  sortByScore(poses, kSeeing);
+  EXPECT_EQ(poses[0].log_prior, 1000);
+  EXPECT_NEAR(poses[1].score, 0.6, 1e-12);
+  EXPECT_GT(thirdDirection(poses[2].evidence), thirdDirection(poses[3].evidence)) << "equal ones in their order";
 }
 
 } // namespace

@@ -173,8 +173,9 @@ struct EvidenceConfig {
  *
  * Log odds that the truth is among them: known + clear log(c) + third log(t) + matches log(n), where, of the best pose,
  * c is the share of the matches that contradictions leave, t the matched surface that faces the least represented
- * direction and n the weighted number of matches; c and n of the patches that face their sensor. Among them pose k has
- * the log weight significance S_k sqrt(N) + lead log(S_k), S_k its score and N the weighted number of patches.
+ * direction and n the weighted number of matches; c and n of the patches that face their sensor. Among them, by the
+ * first of two models, pose k has the log weight significance S_k sqrt(N) + lead log(S_k), S_k its score and N the
+ * weighted number of patches; the second is DirectionModelConfig.
  */
 struct PosteriorConfig {
   double known{};        ///< constant; fitted, then set by the log loss of unlisted pairs as well
@@ -183,6 +184,19 @@ struct PosteriorConfig {
   double matches{};      ///< fitted
   double significance{}; ///< fitted, then set as known
   double lead{};         ///< fitted, then set as known
+};
+
+/** \brief The second model of how the poses of a pair share their probability (METHOD, "Posterior").
+ *
+ * Which of the two weighs the evidence right is not known, so the posterior averages over them. By this one pose k has
+ * the log weight significance S_k sqrt(N) + third log((t_k N + 1) / (t_k N + enough)), t_k N its matched patches that
+ * face the least represented direction: without them much surface may meet, and the pose still slide.
+ */
+struct DirectionModelConfig {
+  double trust = 0.25;       ///< probability of this model: by itself it does not refuse what surely leads
+  double significance = 0.7; ///< by itself it fits best with 0.95; with less, up to 0.5, the average solves more
+  double third = 2.8;        ///< fitted
+  double enough = 12;        ///< [patches] more of them say no more; 6 to 25 fit nearly as well
 };
 
 /// How well a polished pose is known (METHOD, "Uncertainty").
@@ -222,6 +236,7 @@ struct JudgementConfig {
   PosteriorConfig posterior = {1.34, 5.73, 1.49, 1.58, 0.5, 9.0};
   /// The same where a viewpoint is not known: nothing can contradict.
   PosteriorConfig posterior_blind = {0.40, 0, 1.08, 0.99, 0.38, 1.93};
+  DirectionModelConfig directions; ///< of both
   double rival = 0.02;        ///< odds against the best pose from which on another one is polished too; it is refined
                               ///< from the square of them on, as less is known of it
   double decided = 0.9;       ///< probability that the truth is among the poses from which on none is looked for

@@ -25,26 +25,33 @@ struct Posterior {
   }
 };
 
-/** \brief Log weight of a pose among the other poses of its pair: what its evidence and its prior say for it.
- *
- * Sums of matches differ between poses by about the square root of their number when nothing but chance differs, so the
- * score counts in units of that, and its logarithm besides: a pose that explains twice as much as any other stands out
- * even where little is explained at all.
+/// What a posterior is computed with.
+struct PosteriorModel {
+  PosteriorConfig lead;            ///< of "none", and the model of shares that asks how far a pose leads
+  DirectionModelConfig directions; ///< the one that asks how well it is held
+};
+
+/** \brief Log odds of a pose against another one of its pair: what evidence and priors say for it, by that of the two
+ * models that favours it.
  */
 double
-logWeight(const ScoredPose& pose, const PosteriorConfig& config);
+logOdds(const ScoredPose& pose, const ScoredPose& other, const PosteriorModel& model);
 
-/** \brief The posterior of distinct poses, from one model (PosteriorConfig).
+/** \brief The posterior of distinct poses.
  *
  * How sure it is that one of them is right follows from the evidence of the most probable one alone; it is shared among
- * them by logWeight().
+ * them by the average of both models.
  * \param[in] poses distinct, of one pair of scans, any order
  */
 Posterior
-computePosterior(const std::vector<ScoredPose>& poses, const PosteriorConfig& config);
+computePosterior(const std::vector<ScoredPose>& poses, const PosteriorModel& model);
 
 /// Most probable first; equally probable poses keep their order.
 void
-sortByWeight(std::vector<ScoredPose>& poses, const PosteriorConfig& config);
+sortByProbability(std::vector<ScoredPose>& poses, const PosteriorModel& model);
+
+/// The pose that explains most first, with what is known beforehand: the most exact one of those at one place.
+void
+sortByScore(std::vector<ScoredPose>& poses, const PosteriorModel& model);
 
 } // namespace pcl_ssfr

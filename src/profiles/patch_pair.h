@@ -4,6 +4,7 @@
 #pragma once
 
 #include "judgement/pose_priors.h"
+#include "judgement/posterior.h"
 #include "judgement/scored_pose.h"
 #include "judgement/visibility_score.h"
 #include "profiles/patch_profile.h"
@@ -67,10 +68,11 @@ public:
     return config_;
   }
   /// The posterior's numbers for what the sensors of this pair saw.
-  const PosteriorConfig&
-  posteriorConfig() const
+  PosteriorModel
+  posteriorModel() const
   {
-    return seesFreeSpace() ? config_.judgement.posterior : config_.judgement.posterior_blind;
+    const JudgementConfig& judgement = config_.judgement;
+    return {seesFreeSpace() ? judgement.posterior : judgement.posterior_blind, judgement.directions};
   }
   const PatchScan&
   source() const

@@ -83,7 +83,7 @@ nothingFound(const PatchPair& pair, const HypothesisSource& source)
 bool
 isDecided(const PatchPair& pair, const std::vector<ScoredPose>& poses)
 {
-  return computePosterior(poses, pair.posteriorConfig()).none <= 1 - pair.config().judgement.decided;
+  return computePosterior(poses, pair.posteriorModel()).none <= 1 - pair.config().judgement.decided;
 }
 
 /// Whether the matches of the most probable pose, polished, determine all of it: else it may be next to a better one
@@ -100,7 +100,7 @@ conclude(Result result, const PatchPair& pair, const HypothesisSource& source, c
 {
   const ScoredPose& best = poses.front();
   DecisionContext context;
-  context.posterior = computePosterior(poses, pair.posteriorConfig());
+  context.posterior = computePosterior(poses, pair.posteriorModel());
   context.uncertainty = uncertaintyOf(pair, best);
   context.config = pair.config().judgement;
   context.min_confidence = pair.options().min_confidence;

@@ -10,7 +10,6 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <utility>
 
 namespace pcl_ssfr {
@@ -32,8 +31,7 @@ forEachPose(const PatchPair& pair, std::vector<ScoredPose>& poses, const Refine&
 bool
 isHopeless(const PatchPair& pair, const ScoredPose& pose, const ScoredPose& best)
 {
-  const PosteriorConfig& config = pair.posteriorConfig();
-  return logWeight(pose, config) < logWeight(best, config) + 2 * std::log(pair.config().judgement.rival);
+  return logOdds(pose, best, pair.posteriorModel()) < 2 * std::log(pair.config().judgement.rival);
 }
 
 std::vector<ScoredPose>
@@ -123,17 +121,16 @@ nearbyOptima(const PatchPair& pair, const ScoredPose& best)
   if (pair.outOfTime())
     return {};
   pair.priors().dropExcluded(neighbours, Exactness::Refined);
-  return keepDistinct(pair, std::move(neighbours), std::numeric_limits<std::size_t>::max());
+  const std::size_t count = neighbours.size();
+  return keepDistinct(pair, std::move(neighbours), count);
 }
 
-/// The poses that are none of those before them, at most \p most.
+/// The poses that are none of those before them.
 std::vector<ScoredPose>
-firstDistinct(const PatchPair& pair, std::vector<ScoredPose> poses, std::size_t most)
+firstDistinct(const PatchPair& pair, std::vector<ScoredPose> poses)
 {
   std::vector<ScoredPose> distinct;
   for (ScoredPose& pose : poses) {
-    if (distinct.size() >= most)
-      break;
     const bool is_known = std::any_of(distinct.begin(), distinct.end(), [&](const ScoredPose& other) {
       return pair.isSamePlace(pose.T_target_source, other.T_target_source);
     });
@@ -148,8 +145,12 @@ firstDistinct(const PatchPair& pair, std::vector<ScoredPose> poses, std::size_t 
 std::vector<ScoredPose>
 keepDistinct(const PatchPair& pair, std::vector<ScoredPose> poses, std::size_t most)
 {
-  sortByWeight(poses, pair.posteriorConfig());
-  return firstDistinct(pair, std::move(poses), most);
+  sortByScore(poses, pair.posteriorModel());
+  poses = firstDistinct(pair, std::move(poses));
+  sortByProbability(poses, pair.posteriorModel());
+  if (poses.size() > most)
+    poses.erase(poses.begin() + static_cast<std::ptrdiff_t>(most), poses.end());
+  return poses;
 }
 
 std::vector<ScoredPose>
@@ -177,9 +178,9 @@ refineAndMerge(const PatchPair& pair,
 std::vector<ScoredPose>
 polishLeaders(const PatchPair& pair, std::vector<ScoredPose> poses, StageLog& stages)
 {
-  const PosteriorConfig& config = pair.posteriorConfig();
+  const PosteriorModel model = pair.posteriorModel();
   const auto isRival = [&](const ScoredPose& pose, const ScoredPose& best) {
-    return logWeight(pose, config) >= logWeight(best, config) + std::log(pair.config().judgement.rival);
+    return logOdds(pose, best, model) >= std::log(pair.config().judgement.rival);
   };
   const ScoredPose leader = poses.front();
   const auto most = std::min(poses.size(), static_cast<std::size_t>(pair.config().refinement.polished));
@@ -195,7 +196,7 @@ polishLeaders(const PatchPair& pair, std::vector<ScoredPose> poses, StageLog& st
     }
     (poses[i].polish ? polished : others).push_back(std::move(poses[i]));
   }
-  sortByWeight(polished, config);
+  sortByProbability(polished, model);
   if (is_new && !pair.outOfTime() && pair.options().refine)
     for (ScoredPose& pose : nearbyOptima(pair, polished.front())) {
       const bool is_rival = isRival(pose, polished.front());
@@ -203,14 +204,14 @@ polishLeaders(const PatchPair& pair, std::vector<ScoredPose> poses, StageLog& st
         pair.polish(pose);
       (is_rival ? polished : others).push_back(std::move(pose));
     }
-  sortByWeight(polished, config);
   // Polished, rivals may have changed their order, or be the same pose.
-  const ScoredPose best = polished.front();
-  others.insert(others.end(), polished.begin() + 1, polished.end());
-  sortByWeight(others, config);
-  others.insert(others.begin(), best);
-  stages.report("polish", points, static_cast<std::uint64_t>(best.polish->matches));
-  return firstDistinct(pair, std::move(others), std::numeric_limits<std::size_t>::max());
+  polished.insert(polished.end(), others.begin(), others.end());
+  sortByProbability(polished, model);
+  const auto best =
+      std::find_if(polished.begin(), polished.end(), [](const ScoredPose& pose) { return pose.polish.has_value(); });
+  stages.report("polish", points, static_cast<std::uint64_t>(best->polish->matches));
+  std::rotate(polished.begin(), best, best + 1);
+  return firstDistinct(pair, std::move(polished));
 }
 
 PoseUncertainty
