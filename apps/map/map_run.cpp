@@ -9,6 +9,7 @@
 #include <pcl_ssfr/multiway/multiway_registration.h>
 
 #include <apps/common/seconds_since.h>
+#include <apps/io/e57_format.h>
 #include <apps/io/file_bytes.h>
 #include <apps/io/loaded_cloud.h>
 #include <apps/map/control_points.h>
