@@ -214,7 +214,7 @@ optionsFrom(const py::dict& keywords, const Options& base)
 Options
 preparationOptionsFrom(const py::dict& keywords)
 {
-  const Options options = optionsFrom(keywords, makeOptions(Profile::Default)); // says what is no option at all
+  Options options = optionsFrom(keywords, makeOptions(Profile::Default)); // says what is no option at all
   for (const auto& [key, value] : keywords) {
     const auto name = py::str(key).cast<std::string>();
     if (std::find(std::begin(kOfPreparation), std::end(kOfPreparation), name) == std::end(kOfPreparation))

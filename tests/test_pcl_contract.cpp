@@ -517,6 +517,16 @@ protected:
     registration_.setInputSource(roomPair<Point>(small_motion).source);
     registration_.setInputTarget(roomPair<Point>(small_motion).target);
   }
+  /// The same pair in clouds that a test may change: source and target.
+  std::pair<Cloud::Ptr, Cloud::Ptr>
+  setCopies()
+  {
+    const auto source = copyOf(*roomPair<Point>(false).source);
+    const auto target = copyOf(*roomPair<Point>(false).target);
+    registration_.setInputSource(source);
+    registration_.setInputTarget(target);
+    return {source, target};
+  }
   static void
   expectTruth(const Eigen::Matrix4f& T, double max_degrees = 0.2, double max_translation = 0.01)
   {
@@ -590,10 +600,7 @@ TEST_F(StructuredScene, NullCloudIsRefusedAndTheOldOneKept)
 
 TEST_F(StructuredScene, PreparedScansAreKeptUntilTheCloudIsSetAgain)
 {
-  const auto source = copyOf(*roomPair<Point>(false).source);
-  const auto target = copyOf(*roomPair<Point>(false).target);
-  registration_.setInputSource(source);
-  registration_.setInputTarget(target);
+  const auto [source, target] = setCopies();
   registration_.align(output_);
   ASSERT_TRUE(registration_.hasConverged());
   const Eigen::Matrix4f first = registration_.getFinalTransformation();
@@ -877,10 +884,7 @@ TEST_F(StructuredScene, AToleranceTakesAGuessThatIsAMotion)
 
 TEST_F(StructuredScene, CloudsThatChangeAfterAlign)
 {
-  const auto source = copyOf(*roomPair<Point>(false).source);
-  const auto target = copyOf(*roomPair<Point>(false).target);
-  registration_.setInputSource(source);
-  registration_.setInputTarget(target);
+  const auto [source, target] = setCopies();
   registration_.align(output_);
   ASSERT_TRUE(registration_.hasConverged());
   const double fitness = registration_.getFitnessScore();

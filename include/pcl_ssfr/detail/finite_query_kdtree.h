@@ -64,15 +64,10 @@ public:
   void
   setInputCloud(const PointCloudConstPtr& cloud, const pcl::IndicesConstPtr& indices = pcl::IndicesConstPtr()) override
   {
-    const auto is_valid = [this](const PointT& point) { return this->getPointRepresentation()->isValid(point); };
-    has_points_ = indices ? std::any_of(indices->begin(),
-                                        indices->end(),
-                                        [&](pcl::index_t i) { return is_valid((*cloud)[static_cast<std::size_t>(i)]); })
-                          : std::any_of(cloud->begin(), cloud->end(), is_valid);
     this->input_ = cloud;
     this->indices_ = indices;
     size_ = cloud->size();
-    is_built_ = false;
+    index_ = Index::Unmade;
     forgetIndex();
   }
 
@@ -80,7 +75,7 @@ public:
   bool
   isBuilt() const
   {
-    return is_built_;
+    return index_ == Index::Made;
   }
 
   /// As in PCL; a query that is not finite has no neighbour.
@@ -116,22 +111,31 @@ public:
   }
 
 private:
+  /// Of the cloud given last: not asked for yet; there; no point of it can be indexed, or it has lost points.
+  enum class Index { Unmade, Made, Impossible };
+
   /// Whether there is an index, which the first query makes.
   bool
   isSearchable() const
   {
-    if (is_built_.load(std::memory_order_acquire)) {
-      return true;
+    Index index = index_.load(std::memory_order_acquire);
+    if (index == Index::Unmade) {
+      const std::lock_guard<std::mutex> lock(building_);
+      index = index_.load(std::memory_order_relaxed);
+      if (index == Index::Unmade) {
+        index = makeIndex();
+        index_.store(index, std::memory_order_release);
+      }
     }
-    if (!has_points_) {
-      return false;
-    }
-    const std::lock_guard<std::mutex> lock(building_);
-    if (is_built_.load(std::memory_order_relaxed)) {
-      return true;
-    }
-    if (this->input_->size() < size_) {
-      return false;
+    return index == Index::Made;
+  }
+
+  /// Index the points that the cloud had when it was given.
+  Index
+  makeIndex() const
+  {
+    if (!this->input_ || this->input_->size() < size_) {
+      return Index::Impossible;
     }
     pcl::IndicesConstPtr indices = this->indices_;
     if (!indices && this->input_->size() > size_) {
@@ -143,13 +147,12 @@ private:
     const auto is_valid_index = [&](pcl::index_t i) { return is_valid((*this->input_)[static_cast<std::size_t>(i)]); };
     if (indices ? std::none_of(indices->begin(), indices->end(), is_valid_index)
                 : std::none_of(this->input_->begin(), this->input_->end(), is_valid)) {
-      return false; // its points are others by now
+      return Index::Impossible;
     }
     const float epsilon = this->tree_->getEpsilon();
     this->tree_->setInputCloud(this->input_, indices); // forgets the epsilon
     this->tree_->setEpsilon(epsilon);
-    is_built_.store(true, std::memory_order_release);
-    return true;
+    return Index::Made;
   }
 
   /// Give up the index of an earlier cloud, and that cloud; the settings stay.
@@ -165,9 +168,8 @@ private:
     this->tree_ = tree;
   }
 
-  bool has_points_ = false; ///< at least one point of the cloud can be indexed
-  std::size_t size_ = 0;    ///< of the cloud, when it was given
-  mutable std::atomic<bool> is_built_{false};
+  std::size_t size_ = 0; ///< of the cloud, when it was given
+  mutable std::atomic<Index> index_{Index::Unmade};
   mutable std::mutex building_;
 };
 

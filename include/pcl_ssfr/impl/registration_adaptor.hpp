@@ -138,15 +138,13 @@ RegistrationAdaptor<PointSource, PointTarget, Scalar>::computeTransformation(Poi
 
   // A guess that cannot be a pose is not judged; as with ICP it still is the answer of a failed run, if it is finite.
   std::optional<Eigen::Isometry3d> usable_guess;
-  std::string guess_problem;
   Matrix4 fallback = guess;
   if (guess != Matrix4::Identity() || isIdentityAGuess()) {
     usable_guess = rigidGuess(guess.template cast<double>());
     if (!usable_guess) {
       fallback = guess.allFinite() ? guess : Matrix4(Matrix4::Identity());
-      guess_problem = "the guess is not a rigid motion";
       if (!isIdentityAGuess())
-        reportWarning(getClassName(), "align", guess_problem + " and is ignored");
+        reportWarning(getClassName(), "align", "the guess is not a rigid motion and is ignored");
     }
   }
   previous_transformation_ = fallback;
@@ -166,7 +164,7 @@ RegistrationAdaptor<PointSource, PointTarget, Scalar>::computeTransformation(Poi
   }
 
   if (isIdentityAGuess() && !usable_guess) {
-    const std::string refusal = guess_problem + ", and only poses near it are asked for";
+    const std::string refusal = "the guess is not a rigid motion, and only poses near it are asked for";
     reject(refusal);
     reportError(getClassName(), "align", refusal);
   }
