@@ -7,6 +7,7 @@
 #include "multiway/assembly.h"
 #include "multiway/joint_adjustment.h"
 #include "multiway/pose_graph.h"
+#include "refinement/plane_equations.h"
 
 #include <made_up_maps.h>
 
@@ -302,6 +303,47 @@ TEST(PoseGraph, linksAreAveragedAndOutliersWeighLittle)
   EXPECT_GT(largestError(job, start, std::vector<int>(8, 0)), 0.2);
 }
 
+/// The same job with the origins of all frames \p away from the sensors.
+MadeUpJob
+withFramesAway(MadeUpJob job, const Eigen::Vector3d& away)
+{
+  for (std::size_t i = 0; i < job.truth.size(); ++i) {
+    job.truth[i] = job.truth[i] * Eigen::Translation3d(-away);
+    job.places[i] = away;
+  }
+  const PlaneEquations::Matrix6 a = aboutOrigin(away);
+  for (PairLink& link : job.links)
+    for (PairHypothesis& h : link.hypotheses) {
+      h.T_target_source = Eigen::Translation3d(away) * h.T_target_source * Eigen::Translation3d(-away);
+      h.information = a * h.information * a.transpose();
+    }
+  return job;
+}
+
+TEST(PoseGraph, doesNotDependOnHowFarTheFramesAreFromTheSensors)
+{
+  MadeUpJob job(6, 8);
+  for (int i = 0; i < 6; ++i)
+    for (int j = i + 1; j < 6; ++j)
+      job.addTrue(i, j, 0.95, 0.01);
+  const auto sensorsOf = [](const MadeUpJob& made_up) {
+    Assembly assembly;
+    assembly.part.assign(made_up.truth.size(), 0);
+    assembly.poses = made_up.truth;
+    assembly.used.assign(made_up.links.size(), 0);
+    adjustPart(assembly, 0, made_up.links, made_up.places);
+    std::vector<Eigen::Vector3d> sensors;
+    for (std::size_t i = 0; i < made_up.places.size(); ++i)
+      sensors.emplace_back(assembly.poses[i] * made_up.places[i]);
+    return sensors;
+  };
+  const std::vector<Eigen::Vector3d> near = sensorsOf(job);
+  const std::vector<Eigen::Vector3d> far = sensorsOf(withFramesAway(job, {700, -500, 100}));
+  for (std::size_t i = 0; i < near.size(); ++i)
+    EXPECT_LT((near[i] - far[i]).norm(), 0.1 * kMillimetre) << i;
+  EXPECT_GT((near[5] - job.truth[5].translation()).norm(), kMillimetre); // links that err move it
+}
+
 TEST(PoseGraph, withoutEdgesNothingMoves)
 {
   const MadeUpJob job(3);
@@ -359,6 +401,43 @@ TEST(JointAdjustment, findsThePosesThatAllSurfacesAgreeOn)
   for (std::size_t i = 0; i < 5; ++i) {
     EXPECT_TRUE(one.poses[i].matrix() == four.poses[i].matrix());
     EXPECT_TRUE(one.covariances[i] == four.covariances[i]);
+  }
+}
+
+TEST(JointAdjustment, doesNotDependOnHowFarTheFramesAreFromTheSensors)
+{
+  const MadeUpJob near(5, 9);
+  const std::vector<std::pair<int, int>> pairs = {{0, 1}, {1, 2}, {2, 3}, {3, 4}, {0, 2}};
+  const auto adjusted = [&](const MadeUpJob& job) {
+    const Eigen::Vector3d& away = job.places[0];
+    const PlaneEquations::Matrix6 a = aboutOrigin(away);
+    const auto betweenSensors = [&](const Eigen::Isometry3d& T) {
+      return Eigen::Isometry3d(Eigen::Translation3d(-away) * T * Eigen::Translation3d(away));
+    };
+    const EquationsFunction equations = [&](std::size_t k, const Eigen::Isometry3d& T) {
+      SurfaceEquations e = towards(betweenSensors(job.relative(pairs[k].first, pairs[k].second)), betweenSensors(T));
+      e.hessian = e.curvature = a * e.hessian * a.transpose();
+      e.gradient = a * e.gradient;
+      return e;
+    };
+    const PatchGradientsFunction patches = [&](std::size_t k, const Eigen::Isometry3d& T, bool of_source) {
+      PatchGradients found = patchesOfTheirOwn(k, T, of_source);
+      found.gradients = a * found.gradients;
+      found.offsets = a * found.offsets;
+      return found;
+    };
+    std::vector<Eigen::Isometry3d> start = job.truth;
+    for (std::size_t i = 1; i < start.size(); ++i)
+      start[i] = start[i] * Eigen::Translation3d(away) * Eigen::Translation3d(0.05, -0.02, 0.03) *
+                 Eigen::AngleAxisd(0.02, Eigen::Vector3d::UnitX()) * Eigen::Translation3d(-away);
+    return adjustJointly(start, pairs, {0}, job.places, equations, patches, AdjustmentConfig(), 1);
+  };
+  const MadeUpJob far = withFramesAway(near, {-600, 650, 90});
+  const JointAdjustment here = adjusted(near), there = adjusted(far);
+  for (std::size_t i = 1; i < 5; ++i) {
+    EXPECT_LT((here.poses[i].translation() - there.poses[i] * far.places[i]).norm(), 1e-6) << i;
+    EXPECT_TRUE(here.poses[i].linear().isApprox(there.poses[i].linear(), 1e-7)) << i;
+    EXPECT_TRUE(here.covariances[i].isApprox(there.covariances[i], 1e-4)) << i;
   }
 }
 

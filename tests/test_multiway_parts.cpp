@@ -10,6 +10,7 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace pcl_ssfr {
@@ -156,6 +157,7 @@ TEST_F(Parts, piecesThatNothingHoldsTogetherFallApart)
       assembly_.used[k] = -1;
   splitUnconnected(assembly_, job_.links, graph_, ChoiceConfig());
   EXPECT_THAT(assembly_.part, ElementsAre(0, 1, 0, 1, 4, 5));
+  EXPECT_EQ(std::count_if(assembly_.used.begin(), assembly_.used.end(), [](int used) { return used >= 0; }), 2);
   EXPECT_EQ(nextPart(assembly_), 6);
   EXPECT_EQ(membersOf(assembly_).at(1), (std::vector<int>{1, 3}));
   EXPECT_THAT(pairsOf({2, 5, 6}), ElementsAre(std::make_pair(2, 5), std::make_pair(2, 6), std::make_pair(5, 6)));
@@ -168,6 +170,10 @@ TEST_F(Parts, linksThatAreNotSureHoldNothingTogether)
       graph_.hypotheses[k].belief = 0.4;
   splitUnconnected(assembly_, job_.links, graph_, ChoiceConfig());
   EXPECT_THAT(assembly_.part, ElementsAre(0, 0, 0, 3, 4, 5));
+  for (std::size_t k = 0; k < job_.links.size(); ++k)
+    if (job_.links[k].source == 3 || job_.links[k].target == 3) {
+      EXPECT_EQ(assembly_.used[k], -1) << "a link between two parts";
+    }
 }
 
 /// Scans 2, 4, 5 and 8 at 0, 0.6, 0.9 and 1.2 m; of all pairs the same share meets.

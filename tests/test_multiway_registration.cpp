@@ -4,6 +4,7 @@
 // Scans of a furnished room into one map: poses, covariances, bits, bad scans, a person's word, the project file,
 // pairs linked elsewhere.
 
+#include "common/angles.h"
 #include "multiway/project_file.h"
 #include "multiway/scan_pair.h"
 
@@ -24,6 +25,7 @@
 #include <cmath>
 #include <cstring>
 #include <fstream>
+#include <limits>
 
 namespace pcl_ssfr {
 namespace {
@@ -213,6 +215,50 @@ TEST_F(Room, aProjectKnowsAnotherViewpointAndOtherNumbers)
   EXPECT_EQ(linked(true, {0, 0, 0.1}, options), 2U) << "the pairs of this scan";
   options.registration.patch_profile.judgement.rival *= 1.01;
   EXPECT_EQ(linked(true, {0, 0, 0.1}, options), 3U);
+  options.registration.max_candidates = 2;
+  EXPECT_EQ(linked(true, {0, 0, 0.1}, options), 3U);
+  options.registration.gravity = GravityPrior{};
+  options.registration.gravity->tolerance = kPi;
+  EXPECT_EQ(linked(true, {0, 0, 0.1}, options), 3U);
+  options.registration.time_limit = 1e-6; // which would leave nothing
+  EXPECT_EQ(linked(true, {0, 0, 0.1}, options), 0U) << "links do not depend on it";
+  EXPECT_EQ(linked(false, {0, 0, 0.1}, options), 3U);
+}
+
+TEST_F(Room, framesFarFromTheSensorsGiveTheSameMap)
+{
+  const Eigen::Vector3f away(400, -300, 20);
+  MultiwayOptions options;
+  options.threads = 2;
+  MultiwayRegistration registration(options);
+  std::vector<Eigen::Matrix3Xf> moved;
+  for (int i = 0; i < 5; ++i) {
+    moved.emplace_back(scans_[static_cast<std::size_t>(i)].colwise() + away);
+    ScanView scan = testing::viewOfPoints(moved.back());
+    scan.viewpoint = away.cast<double>();
+    registration.addScan("s" + std::to_string(i), scan);
+  }
+  const MultiwayMap far = registration.run(), near = mapOf(2);
+  ASSERT_EQ(far.components, 1);
+  for (std::size_t i = 1; i < 5; ++i) {
+    const Eigen::Vector3d sensor = far.scans[i].T_map_scan * away.cast<double>() - away.cast<double>();
+    EXPECT_LT((sensor - near.scans[i].T_map_scan.translation()).norm(), 0.002) << i;
+    EXPECT_NEAR(far.scans[i].sigma_rotation, near.scans[i].sigma_rotation, 0.1 * near.scans[i].sigma_rotation) << i;
+    EXPECT_NEAR(far.scans[i].sigma_translation, near.scans[i].sigma_translation, 0.1 * near.scans[i].sigma_translation)
+        << i;
+  }
+}
+
+TEST_F(Room, aScanAndItsMirrorImageAreTwo)
+{
+  Eigen::Matrix3Xf points = scans_[0].leftCols(scans_[0].cols() / 2 * 2); // an even number of signs changes
+  const std::uint64_t hash = hashOfPoints(testing::viewOfPoints(points));
+  for (Eigen::Index row = 0; row < 3; ++row) {
+    points.row(row) *= -1;
+    EXPECT_NE(hashOfPoints(testing::viewOfPoints(points)), hash) << row;
+    points.row(row) *= -1;
+  }
+  EXPECT_EQ(hashOfPoints(testing::viewOfPoints(points)), hash);
 }
 
 TEST_F(Room, decisionsOnACopyAreOnTheScan)
@@ -305,6 +351,126 @@ TEST_F(Room, badScansAreRowsWithReasons)
   EXPECT_TRUE(map.scans[6].T_map_scan.matrix() == map.scans[1].T_map_scan.matrix());
   EXPECT_EQ(map.scans[7].reason, "cannot be read");
   EXPECT_EQ(map.placed, 6U);
+}
+
+TEST_F(Room, copiesOfAScanThatIsNotPlacedAreNotPlaced)
+{
+  MultiwayOptions options;
+  options.threads = 2;
+  MultiwayRegistration registration(options);
+  const Eigen::Matrix3Xf elsewhere = 0.05F * Eigen::Matrix3Xf::Random(3, 20000).colwise().normalized();
+  registration.addScan("blob", testing::viewOfPoints(elsewhere));
+  registration.addScan("s0", view(0));
+  registration.addScan("s1", view(1));
+  const MultiwayMap alone = registration.run();
+  ASSERT_EQ(alone.placed, 2U);
+  for (const char* name : {"copy 1", "copy 2"})
+    registration.addScan(name, testing::viewOfPoints(elsewhere));
+  const MultiwayMap map = registration.run();
+  EXPECT_EQ(map.placed, 2U);
+  EXPECT_EQ(map.components, 2);
+  EXPECT_EQ(map.scans[1].component, 0);
+  EXPECT_EQ(map.scans[0].reason, alone.scans[0].reason);
+  EXPECT_FALSE(map.scans[0].reason.empty());
+  for (const std::size_t copy : {3, 4}) {
+    EXPECT_EQ(map.scans[copy].component, 1);
+    EXPECT_THAT(map.scans[copy].reason, HasSubstr("same points as blob, which is not placed"));
+  }
+}
+
+TEST_F(Room, whatAPersonAcceptedStaysTogether)
+{
+  // A link that is sure and wrong: the walls of the one scan hang in what the other one saw to be free.
+  PairLink link;
+  link.source = 0;
+  link.target = 1;
+  link.status = Status::Converged;
+  link.confidence = 0.99;
+  link.probability_of_none = 0.01;
+  link.hypotheses.resize(1);
+  link.hypotheses[0].probability = 0.99;
+  link.hypotheses[0].score = link.hypotheses[0].overlap = 0.5;
+  link.hypotheses[0].information = 1e6 * Eigen::Matrix<double, 6, 6>::Identity();
+  link.hypotheses[0].T_target_source = truth_[1].inverse() * Eigen::Translation3d(0.6, 0.5, 0) * truth_[0];
+  MultiwayOptions options;
+  options.threads = 2;
+  MultiwayRegistration registration(options);
+  registration.setLinker([&](const std::vector<PairTask>&, const OnLink& on_link) { on_link(link); });
+  registration.addScan("s0", view(0));
+  registration.addScan("s1", view(1));
+  const MultiwayMap doubted = registration.run();
+  EXPECT_EQ(doubted.components, 2);
+  EXPECT_THAT(doubted.scans[0].reason + doubted.scans[1].reason, HasSubstr("its surfaces hang in the free space"));
+  registration.accept(0, 1);
+  const MultiwayMap map = registration.run();
+  EXPECT_EQ(map.components, 1);
+  ASSERT_FALSE(map.notes.empty());
+  EXPECT_THAT(map.notes.front(), HasSubstr("that a person accepted, though where its links put it, its surfaces hang"));
+}
+
+TEST_F(Room, whatCannotBeAddedLeavesNothingBehind)
+{
+  MultiwayOptions options;
+  options.threads = 2;
+  MultiwayRegistration registration(options);
+  const auto load = [](std::size_t i) { return ScanSource{view(static_cast<int>(i)), nullptr}; };
+  EXPECT_THROW(registration.addScans({"s0", "s1", "s0"}, load), std::invalid_argument);
+  EXPECT_EQ(registration.size(), 0U);
+  const auto cancel = [](const std::string&, std::size_t done, std::size_t) {
+    if (done == 2)
+      throw std::runtime_error("cancelled");
+  };
+  EXPECT_THROW(registration.addScans({"s0", "s1", "s2"}, load, cancel), std::runtime_error);
+  EXPECT_EQ(registration.size(), 0U);
+  EXPECT_THROW(registration.setPosePrior(0, PosePrior()), std::invalid_argument);
+  registration.addScans({"s0", "s1", "s2"}, load);
+  EXPECT_EQ(registration.run().placed, 3U);
+}
+
+TEST_F(Room, linkingStopsWhenALinkCannotBeKept)
+{
+  MultiwayOptions options;
+  options.threads = 2;
+  MultiwayRegistration registration(options);
+  addAll(registration);
+  int shown = 0;
+  EXPECT_THROW(registration.run([&](const std::string& stage, std::size_t done, std::size_t) {
+    shown += stage == "link" ? 1 : 0;
+    if (stage == "link" && done > 0)
+      throw std::runtime_error("the disk is full");
+  }),
+               std::runtime_error);
+  EXPECT_LE(shown, 3); // the start, this one, one that was being made
+}
+
+TEST_F(Room, posesThatAreNoneAndPriorsFarFromTheSensor)
+{
+  MultiwayRegistration registration;
+  const Eigen::Matrix3Xf moved = scans_[1].colwise() + Eigen::Vector3f(30, 0, 0);
+  ScanView far = testing::viewOfPoints(moved);
+  far.viewpoint = {30, 0, 0};
+  registration.addScan("s0", view(0));
+  registration.addScan("s1", far);
+  PosePrior prior;
+  prior.T_map_scan(0, 3) = std::nan("");
+  EXPECT_THROW(registration.setPosePrior(0, prior), std::invalid_argument);
+  prior = {};
+  prior.T_map_scan.linear() *= 2;
+  EXPECT_THROW(registration.setPosePrior(0, prior), std::invalid_argument);
+  prior = {};
+  prior.translation = std::numeric_limits<double>::infinity();
+  EXPECT_THROW(registration.setPosePrior(0, prior), std::invalid_argument);
+  prior = {};
+  registration.setPosePrior(0, prior);
+  registration.setPosePrior(1, prior);
+  GuessTolerance tolerance;
+  registration.setLinker([&](const std::vector<PairTask>& tasks, const OnLink&) {
+    if (!tasks.empty() && tasks[0].guess)
+      tolerance = tasks[0].guess->tolerance;
+  });
+  EXPECT_THROW(registration.run(), std::runtime_error); // the linker gave none
+  EXPECT_NEAR(tolerance.translation, 2 + 30 * prior.rotation, 1e-9) << "of the sensors, wherever the origins are";
+  EXPECT_NEAR(tolerance.rotation, 2 * prior.rotation, 1e-12);
 }
 
 TEST_F(Room, aPersonsWordAndPriorsCount)

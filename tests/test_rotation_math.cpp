@@ -9,6 +9,8 @@
 
 #include <cmath>
 #include <limits>
+#include <stdexcept>
+#include <string>
 
 namespace pcl_ssfr {
 namespace {
@@ -63,6 +65,30 @@ TEST(AngleBetween, IsTheAngleOfTheTurn)
     EXPECT_NEAR(angleBetween(Q, R), angle, 1e-8) << angle;
   }
   EXPECT_NEAR(angleBetween(Eigen::Matrix3d::Identity(), turn(4, Eigen::Vector3d(1, 2, 3))), 2 * kPi - 4, 1e-12);
+}
+
+TEST(RequireRigid, NamesWhatIsWrong)
+{
+  const auto problem = [](const Eigen::Isometry3d& T) -> std::string {
+    try {
+      requireRigid(T, "T");
+    }
+    catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+    return "";
+  };
+  Eigen::Isometry3d T(turn(1, Eigen::Vector3d(1, 2, 3)));
+  T.translation() << 1e6, -2, 0;
+  EXPECT_EQ(problem(T), "");
+  Eigen::Isometry3d bad = T;
+  bad(1, 3) = std::nan("");
+  EXPECT_EQ(problem(bad), "T(1, 3) = nan, must be finite");
+  for (const double factor : {1.01, -1.0}) {
+    bad = T;
+    bad.linear() *= factor;
+    EXPECT_NE(problem(bad).find("the linear part of T is no rotation"), std::string::npos);
+  }
 }
 
 TEST(KeepsVertical, WithinTheTolerance)

@@ -30,6 +30,7 @@
 #include <filesystem>
 #include <iostream>
 #include <optional>
+#include <set>
 #include <system_error>
 #include <unistd.h>
 #include <variant>
@@ -90,7 +91,7 @@ public:
     checkOwnFiles();
     makeFolder();
     checkOutputs(arguments_.clouds, files_);
-    if (!arguments_.json.empty() && arguments_.json != "-")
+    if (writesJson())
       requireWritable(arguments_.json);
     MultiwayRegistration registration(optionsOf(arguments_));
     letRanksLink(registration);
@@ -132,6 +133,23 @@ private:
   inFolder(const char* name) const
   {
     return (fs::path(arguments_.out) / name).string();
+  }
+
+  /// There is a file of --json besides those in the folder.
+  bool
+  writesJson() const
+  {
+    return !arguments_.json.empty() && arguments_.json != "-";
+  }
+
+  std::vector<std::string>
+  scanNames() const
+  {
+    std::vector<std::string> names;
+    names.reserve(files_.size());
+    for (const MapInputFile& file : files_)
+      names.push_back(file.name);
+    return names;
   }
 
   /// A decision is one on the links that are stored.
@@ -190,10 +208,7 @@ private:
   {
     if (file.empty())
       return {};
-    std::vector<std::string> names;
-    for (const MapInputFile& scan : files_)
-      names.push_back(scan.name);
-    std::vector<std::optional<Eigen::Isometry3d>> poses = posesOfScans(readPoses(file), names, file);
+    std::vector<std::optional<Eigen::Isometry3d>> poses = posesOfScans(readPoses(file), scanNames(), file);
     if (std::none_of(poses.begin(), poses.end(), [](const auto& pose) { return pose.has_value(); }))
       throw io::IoError(file + ": names none of the scans");
     return poses;
@@ -212,15 +227,17 @@ private:
         throw io::IoError(written.back() + ": is there already, and " + arguments_.out +
                           " holds no map of this program; take another folder");
     }
-    if (!arguments_.json.empty() && arguments_.json != "-")
+    if (writesJson())
       written.push_back(arguments_.json);
-    std::vector<std::string> read = {arguments_.truth, arguments_.poses, arguments_.control};
+    std::set<fs::path> read;
+    for (const std::string& input : {arguments_.truth, arguments_.poses, arguments_.control})
+      if (!input.empty())
+        read.insert(fs::weakly_canonical(input, error));
     for (const MapInputFile& file : files_)
-      read.push_back(io::fileOfScan(file.path));
+      read.insert(fs::weakly_canonical(io::fileOfScan(file.path), error));
     for (const std::string& output : written)
-      for (const std::string& input : read)
-        if (!input.empty() && fs::weakly_canonical(output, error) == fs::weakly_canonical(input, error))
-          throw UsageError(output + " would be replaced, but is read; take a copy of it in another place");
+      if (read.count(fs::weakly_canonical(output, error)) > 0)
+        throw UsageError(output + " would be replaced, but is read; take a copy of it in another place");
   }
 
   void
@@ -252,13 +269,9 @@ private:
   void
   prepare(MultiwayRegistration& registration, const MultiwayRegistration::Progress& progress)
   {
-    std::vector<std::string> names;
-    names.reserve(files_.size());
-    for (const MapInputFile& file : files_)
-      names.push_back(file.name);
     offsets_.assign(files_.size(), Eigen::Vector3d::Zero());
     registration.addScans(
-        names,
+        scanNames(),
         [&](std::size_t i) {
           const auto points = std::make_shared<io::ScanPoints>(io::loadScanPoints(files_[i].path));
           offsets_[i] = points->offset;
@@ -425,10 +438,10 @@ private:
       std::cerr << "ssfr_map: poses.tum of the earlier map is removed (--tum writes it)\n";
     if (arguments_.json.empty())
       std::cout << mapText(output) << "written to " << arguments_.out << "\n" << leftOutText(output.map);
-    else if (arguments_.json == "-")
-      std::cout << json;
-    else
+    else if (writesJson())
       io::writeFile(arguments_.json, json);
+    else
+      std::cout << json;
     std::cout.flush();
     if (!std::cout)
       throw io::IoError("standard output: cannot be written");

@@ -36,7 +36,7 @@ private:
   bool before_;
 };
 
-/// Keeps what was thrown in a parallel region, which nothing may be thrown out of.
+/// Keeps what was thrown first in a parallel region, which nothing may be thrown out of.
 class Failure {
 public:
   template <typename Call>
@@ -49,7 +49,8 @@ public:
     }
     catch (...) {
 #pragma omp critical(pcl_ssfr_failure)
-      failure_ = std::current_exception();
+      if (!failure_)
+        failure_ = std::current_exception();
     }
   }
   void

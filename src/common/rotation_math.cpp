@@ -3,10 +3,13 @@
 
 #include "common/rotation_math.h"
 
-#include <Eigen/Geometry>
+#include "common/types.h"
+
 #include <Eigen/SVD>
 
 #include <cmath>
+#include <sstream>
+#include <stdexcept>
 
 namespace pcl_ssfr {
 
@@ -30,6 +33,23 @@ keepsVertical(const Eigen::Matrix3d& R_target_source, const GravityPrior& gravit
 {
   const Eigen::Vector3d up = R_target_source * gravity.up_source;
   return std::atan2(up.cross(gravity.up_target).norm(), up.dot(gravity.up_target)) <= tolerance;
+}
+
+void
+requireRigid(const Eigen::Isometry3d& T, const char* name)
+{
+  std::ostringstream problem;
+  for (Eigen::Index row = 0; row < 3; ++row)
+    for (Eigen::Index column = 0; column < 4; ++column)
+      if (problem.str().empty() && !std::isfinite(T(row, column)))
+        problem << name << "(" << row << ", " << column << ") = " << T(row, column) << ", must be finite";
+  const Eigen::Matrix3d R = T.linear();
+  const double deviation = (R.transpose() * R - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
+  if (problem.str().empty() && !(deviation <= kUnitTolerance && R.determinant() > 0))
+    problem << "the linear part of " << name << " is no rotation: R^T R is " << deviation
+            << " off the identity, its determinant " << R.determinant();
+  if (!problem.str().empty())
+    throw std::invalid_argument(problem.str());
 }
 
 } // namespace pcl_ssfr

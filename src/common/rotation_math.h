@@ -8,6 +8,7 @@
 #include <pcl_ssfr/options.h>
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 
 namespace pcl_ssfr {
 
@@ -23,5 +24,9 @@ angleBetween(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b);
 /// Whether a rotation maps one vertical onto the other within \p tolerance [rad].
 bool
 keepsVertical(const Eigen::Matrix3d& R_target_source, const GravityPrior& gravity, double tolerance);
+
+/// \throw std::invalid_argument for what is no rigid motion: \p name with the entry that is not finite, or how far off
+void
+requireRigid(const Eigen::Isometry3d& T, const char* name);
 
 } // namespace pcl_ssfr

@@ -5,6 +5,7 @@
 
 #include "common/parallel.h"
 #include "multiway/pose_graph.h"
+#include "refinement/plane_equations.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -347,7 +348,7 @@ private:
   adjust(int part)
   {
     chooseLinks(assembly_, links_, graph_, places_, options_.choice);
-    adjustPart(assembly_, part, links_);
+    adjustPart(assembly_, part, links_, places_);
     adjusted_size_[static_cast<std::size_t>(part)] = members_[static_cast<std::size_t>(part)].size();
   }
 
@@ -405,7 +406,7 @@ assemble(const std::vector<PairLink>& links,
 }
 
 void
-adjustPart(Assembly& assembly, int part, const std::vector<PairLink>& links)
+adjustPart(Assembly& assembly, int part, const std::vector<PairLink>& links, const std::vector<Eigen::Vector3d>& places)
 {
   std::vector<int> numbers(assembly.part.size(), -1);
   std::vector<int> members;
@@ -421,15 +422,23 @@ adjustPart(Assembly& assembly, int part, const std::vector<PairLink>& links)
     if (assembly.used[k] < 0 || numbers[source] < 0 || numbers[target] < 0)
       continue;
     const PairHypothesis& h = links[k].hypotheses[static_cast<std::size_t>(assembly.used[k])];
-    edges.push_back({numbers[source], numbers[target], h.T_target_source, h.information});
+    // Between frames whose origins are the sensors: what edges can know at best is known there.
+    const PlaneEquations::Matrix6 a = aboutOrigin(-places[target]);
+    edges.push_back({numbers[source],
+                     numbers[target],
+                     Eigen::Translation3d(-places[target]) * h.T_target_source * Eigen::Translation3d(places[source]),
+                     a * h.information * a.transpose()});
   }
   std::vector<Eigen::Isometry3d> poses;
   poses.reserve(members.size());
   for (const int i : members)
-    poses.push_back(assembly.poses[static_cast<std::size_t>(i)]);
+    poses.push_back(assembly.poses[static_cast<std::size_t>(i)] *
+                    Eigen::Translation3d(places[static_cast<std::size_t>(i)]));
   poses = solvePoseGraph(std::move(poses), edges, {0});
-  for (std::size_t m = 0; m < members.size(); ++m)
-    assembly.poses[static_cast<std::size_t>(members[m])] = poses[m];
+  for (std::size_t m = 0; m < members.size(); ++m) {
+    const auto i = static_cast<std::size_t>(members[m]);
+    assembly.poses[i] = poses[m] * Eigen::Translation3d(-places[i]);
+  }
 }
 
 void

@@ -3,6 +3,8 @@
 
 #pragma once
 
+#include "multiway/decisions.h"
+
 #include <pcl_ssfr/multiway/multiway_map.h>
 #include <pcl_ssfr/multiway/multiway_options.h>
 
@@ -13,12 +15,6 @@
 #include <vector>
 
 namespace pcl_ssfr {
-
-/// What a person decided; pairs as (smaller, larger number).
-struct Decisions {
-  std::set<std::pair<int, int>> accepted;
-  std::set<std::pair<int, int>> rejected;
-};
 
 /// Hypotheses that are left out, as (link, rank).
 using ExcludedHypotheses = std::set<std::pair<std::size_t, std::size_t>>;

@@ -4,6 +4,7 @@
 #include "multiway/joint_adjustment.h"
 
 #include "common/parallel.h"
+#include "refinement/plane_equations.h"
 #include "refinement/refinement.h"
 
 #include <Eigen/SparseCholesky>
@@ -23,28 +24,44 @@ using Matrix6 = SurfaceEquations::Matrix6;
 using Vector6 = SurfaceEquations::Vector6;
 using Sparse = Eigen::SparseMatrix<double>;
 
-/// Maps a small motion about the origin of the map to that about the origin of a frame at \p T_map_frame.
+/// Maps a small motion about one place to that of the same body about another, in the same axes.
 Matrix6
-motionInto(const Eigen::Isometry3d& T_map_frame)
+carried(const Eigen::Vector3d& from, const Eigen::Vector3d& to)
 {
-  const Eigen::Isometry3d T = T_map_frame.inverse();
-  const Eigen::Vector3d t = T.translation();
-  Eigen::Matrix3d cross;
-  cross << 0, -t.z(), t.y(), t.z(), 0, -t.x(), -t.y(), t.x(), 0;
-  Matrix6 adjoint = Matrix6::Zero();
-  adjoint.topLeftCorner<3, 3>() = adjoint.bottomRightCorner<3, 3>() = T.linear();
-  adjoint.bottomLeftCorner<3, 3>() = cross * T.linear();
-  return adjoint;
+  return aboutOrigin(to - from).transpose();
 }
 
-/// The equations of a pair in motions about the origin of the map.
+/// Maps a small motion about a place, both in the map, to that about the origin of a frame at \p T_map_frame, in its
+/// axes.
+Matrix6
+motionInto(const Eigen::Isometry3d& T_map_frame, const Eigen::Vector3d& place)
+{
+  Matrix6 axes = Matrix6::Zero();
+  axes.topLeftCorner<3, 3>() = axes.bottomRightCorner<3, 3>() = T_map_frame.linear().transpose();
+  return axes * carried(place, T_map_frame.translation());
+}
+
+/// Where the sensors are in the map. The unknowns are motions about these, so no result depends on how far they are
+/// from the origin.
+std::vector<Eigen::Vector3d>
+sensorsOf(const std::vector<Eigen::Isometry3d>& poses, const std::vector<Eigen::Vector3d>& places)
+{
+  std::vector<Eigen::Vector3d> sensors;
+  sensors.reserve(poses.size());
+  for (std::size_t i = 0; i < poses.size(); ++i)
+    sensors.emplace_back(poses[i] * places[i]);
+  return sensors;
+}
+
+/// The equations of a pair in motions of its source relative to its target about the target's sensor.
 struct MapEquations {
   Matrix6 hessian, curvature;
   Vector6 gradient;
+  Matrix6 carry; ///< a motion about the source's sensor as one about the target's
   double weight = 0, squares = 0;
 };
 
-/// A symmetric matrix of which each pair of scans adds a block (as of their difference): scans that are fixed have
+/// A symmetric matrix of which each pair of scans adds the block of their relative motion: scans that are fixed have
 /// none.
 class Network {
 public:
@@ -70,14 +87,15 @@ public:
     return column_[scan];
   }
   void
-  add(int source, int target, const Matrix6& block)
+  add(int source, int target, const Matrix6& block, const Matrix6& carry)
   {
     const int s = column_[static_cast<std::size_t>(source)];
     const int t = column_[static_cast<std::size_t>(target)];
-    addBlock(s, s, block);
+    const Matrix6 mixed = -block * carry;
+    addBlock(s, s, -carry.transpose() * mixed);
     addBlock(t, t, block);
-    addBlock(s, t, -block);
-    addBlock(t, s, -block);
+    addBlock(s, t, mixed.transpose());
+    addBlock(t, s, mixed);
   }
   Sparse
   matrix() const
@@ -114,30 +132,34 @@ ScanScatter
 scatterOf(std::size_t scan,
           const std::vector<std::size_t>& pairs_of_it,
           const std::vector<Eigen::Isometry3d>& poses,
+          const std::vector<Eigen::Vector3d>& sensors,
           const std::vector<std::pair<int, int>>& pairs,
           const PatchGradientsFunction& patches,
           double noise_floor)
 {
   ScanScatter result;
   result.scans.push_back(scan);
-  std::vector<PatchGradients> met;
+  struct Met {
+    PatchGradients relative; // of the motion of the source relative to the target
+    Matrix6 own, other;      // those of this scan and of the other one from it
+  };
+  std::vector<Met> met;
   for (const std::size_t k : pairs_of_it) {
     const bool is_source = pairs[k].first == static_cast<int>(scan);
     const auto target = static_cast<std::size_t>(pairs[k].second);
     const auto source = static_cast<std::size_t>(pairs[k].first);
-    PatchGradients g = patches(k, poses[target].inverse() * poses[source], is_source);
-    // Of a motion of this scan, in the map; the other one moves the other way.
-    const Matrix6 a = (is_source ? 1.0 : -1.0) * motionInto(poses[target]).transpose();
-    g.gradients = a * g.gradients;
-    g.offsets = a * g.offsets;
-    met.push_back(std::move(g));
+    const Matrix6 of_target = -motionInto(poses[target], sensors[target]).transpose();
+    const Matrix6 of_source = -carried(sensors[source], sensors[target]).transpose() * of_target;
+    met.push_back({patches(k, poses[target].inverse() * poses[source], is_source),
+                   is_source ? of_source : of_target,
+                   is_source ? of_target : of_source});
     result.scans.push_back(is_source ? target : source);
   }
   const auto size = static_cast<Eigen::Index>(6 * result.scans.size());
   result.blocks = Eigen::MatrixXd::Zero(size, size);
   Eigen::Index count = 0;
-  for (const PatchGradients& g : met)
-    count = std::max(count, g.gradients.cols());
+  for (const Met& m : met)
+    count = std::max(count, m.relative.gradients.cols());
   std::vector<Eigen::Index> rows; // first ones of the scans that the patch meets
   std::vector<Vector6> gradients, offsets;
   for (Eigen::Index p = 0; p < count; ++p) {
@@ -145,13 +167,14 @@ scatterOf(std::size_t scan,
     gradients.assign(1, Vector6::Zero());
     offsets.assign(1, Vector6::Zero());
     for (std::size_t m = 0; m < met.size(); ++m) {
-      if (p >= met[m].offsets.cols() || met[m].offsets.col(p).isZero(0))
+      const PatchGradients& relative = met[m].relative;
+      if (p >= relative.offsets.cols() || relative.offsets.col(p).isZero(0))
         continue;
       rows.push_back(static_cast<Eigen::Index>(6 * (m + 1)));
-      gradients.emplace_back(-met[m].gradients.col(p));
-      offsets.emplace_back(-noise_floor * met[m].offsets.col(p));
-      gradients.front() -= gradients.back();
-      offsets.front() -= offsets.back();
+      gradients.emplace_back(met[m].other * relative.gradients.col(p));
+      offsets.emplace_back(noise_floor * (met[m].other * relative.offsets.col(p)));
+      gradients.front() += met[m].own * relative.gradients.col(p);
+      offsets.front() += noise_floor * (met[m].own * relative.offsets.col(p));
     }
     for (std::size_t r = 0; r < rows.size() && rows.size() > 1; ++r)
       for (std::size_t c = 0; c <= r; ++c)
@@ -164,6 +187,7 @@ scatterOf(std::size_t scan,
 /// The covariance of the gradient of the network, in its unknowns.
 Sparse
 networkScatter(const std::vector<Eigen::Isometry3d>& poses,
+               const std::vector<Eigen::Vector3d>& sensors,
                const std::vector<std::pair<int, int>>& pairs,
                const Network& network,
                const PatchGradientsFunction& patches,
@@ -180,7 +204,7 @@ networkScatter(const std::vector<Eigen::Isometry3d>& poses,
     std::vector<ScanScatter> found(std::min(kAtOnce, poses.size() - first));
     forEachInParallel(static_cast<std::int64_t>(found.size()), 1, threads, [&](std::int64_t index) {
       const auto i = static_cast<std::size_t>(index);
-      found[i] = scatterOf(first + i, pairs_of[first + i], poses, pairs, patches, config.noise_floor);
+      found[i] = scatterOf(first + i, pairs_of[first + i], poses, sensors, pairs, patches, config.noise_floor);
     });
     for (const ScanScatter& scan : found)
       for (std::size_t r = 0; r < scan.scans.size(); ++r)
@@ -218,19 +242,26 @@ damp(Sparse& m, double share)
 /// The equations of all pairs at the poses.
 std::vector<MapEquations>
 linearise(const std::vector<Eigen::Isometry3d>& poses,
+          const std::vector<Eigen::Vector3d>& places,
           const std::vector<std::pair<int, int>>& pairs,
           const EquationsFunction& equations,
           int threads)
 {
+  const std::vector<Eigen::Vector3d> sensors = sensorsOf(poses, places);
   std::vector<MapEquations> found(pairs.size());
   forEachInParallel(static_cast<std::int64_t>(pairs.size()), 1, threads, [&](std::int64_t index) {
     const auto k = static_cast<std::size_t>(index);
-    const Eigen::Isometry3d& T_source = poses[static_cast<std::size_t>(pairs[k].first)];
-    const Eigen::Isometry3d& T_target = poses[static_cast<std::size_t>(pairs[k].second)];
-    const SurfaceEquations e = equations(k, T_target.inverse() * T_source);
-    const Matrix6 a = motionInto(T_target);
+    const auto source = static_cast<std::size_t>(pairs[k].first);
+    const auto target = static_cast<std::size_t>(pairs[k].second);
+    const SurfaceEquations e = equations(k, poses[target].inverse() * poses[source]);
+    const Matrix6 a = motionInto(poses[target], sensors[target]);
     const auto inMap = [&](const Matrix6& m) { return Matrix6(a.transpose() * m * a); };
-    found[k] = {inMap(e.hessian), inMap(e.curvature), a.transpose() * e.gradient, e.weight, e.squares};
+    found[k] = {inMap(e.hessian),
+                inMap(e.curvature),
+                a.transpose() * e.gradient,
+                carried(sensors[source], sensors[target]),
+                e.weight,
+                e.squares};
   });
   return found;
 }
@@ -263,11 +294,11 @@ solveStep(const std::vector<MapEquations>& found,
 {
   Eigen::VectorXd gradient = Eigen::VectorXd::Zero(network.unknowns());
   for (std::size_t k = 0; k < pairs.size(); ++k) {
-    network.add(pairs[k].first, pairs[k].second, found[k].hessian);
+    network.add(pairs[k].first, pairs[k].second, found[k].hessian, found[k].carry);
     const int s = network.column(static_cast<std::size_t>(pairs[k].first));
     const int t = network.column(static_cast<std::size_t>(pairs[k].second));
     if (s >= 0)
-      gradient.segment<6>(s) += found[k].gradient;
+      gradient.segment<6>(s) += found[k].carry.transpose() * found[k].gradient;
     if (t >= 0)
       gradient.segment<6>(t) -= found[k].gradient;
   }
@@ -292,10 +323,11 @@ move(std::vector<Eigen::Isometry3d>& poses,
     const int column = network.column(i);
     if (column < 0)
       continue;
-    const Eigen::Isometry3d before = poses[i];
-    poses[i] = expSe3(step.segment<6>(column)) * poses[i];
+    const Eigen::Vector3d sensor = poses[i] * places[i];
+    poses[i] =
+        Eigen::Translation3d(sensor) * expSe3(step.segment<6>(column)) * Eigen::Translation3d(-sensor) * poses[i];
     poses[i].linear() = Eigen::Quaterniond(poses[i].linear()).normalized().toRotationMatrix();
-    moved = std::max({moved, step.segment<3>(column).norm(), (poses[i] * places[i] - before * places[i]).norm()});
+    moved = std::max({moved, step.segment<3>(column).norm(), step.segment<3>(column + 3).norm()});
   }
   return moved;
 }
@@ -313,9 +345,9 @@ covariancesOf(const std::vector<Eigen::Isometry3d>& poses,
 {
   std::vector<Matrix6> covariances(poses.size(), Matrix6::Zero());
   for (std::size_t k = 0; k < pairs.size(); ++k)
-    network.add(pairs[k].first, pairs[k].second, found[k].curvature);
+    network.add(pairs[k].first, pairs[k].second, found[k].curvature, found[k].carry);
   Sparse a = network.matrix();
-  const Sparse b = networkScatter(poses, pairs, network, patches, config, threads);
+  const Sparse b = networkScatter(poses, sensorsOf(poses, places), pairs, network, patches, config, threads);
   damp(a, config.damping);
   const Eigen::SimplicialLDLT<Sparse> solver(a);
   if (network.unknowns() == 0 || !isFactored(solver))
@@ -328,9 +360,7 @@ covariancesOf(const std::vector<Eigen::Isometry3d>& poses,
     Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(network.unknowns(), 6);
     unit.middleRows<6>(column).setIdentity();
     const Eigen::MatrixXd x = solver.solve(unit);
-    const Matrix6 covariance = x.transpose() * (b * x);
-    const Matrix6 m = motionInto(Eigen::Isometry3d(Eigen::Translation3d(poses[i] * places[i])));
-    covariances[i] = m * covariance * m.transpose();
+    covariances[i] = x.transpose() * (b * x);
   });
   return covariances;
 }
@@ -357,14 +387,14 @@ adjustJointly(std::vector<Eigen::Isometry3d> poses,
 {
   JointAdjustment result;
   const Network network(poses.size(), fixed);
-  std::vector<MapEquations> found = linearise(poses, pairs, equations, threads);
+  std::vector<MapEquations> found = linearise(poses, places, pairs, equations, threads);
   result.rms_before = rmsOf(found);
   for (; result.rounds < config.rounds && network.unknowns() > 0; ++result.rounds) {
     const Eigen::VectorXd step = solveStep(found, pairs, network, config.damping);
     if (step.size() == 0)
       break;
     const double moved = move(poses, step, network, places);
-    found = linearise(poses, pairs, equations, threads);
+    found = linearise(poses, places, pairs, equations, threads);
     if (moved < config.last_step)
       break;
   }

@@ -19,6 +19,7 @@ namespace pcl_ssfr {
 namespace {
 
 constexpr std::size_t kListedLoops = 20;
+constexpr std::size_t kMostLoops = 500 * kListedLoops; // in memory: where all scans overlap there are n^3 / 6
 
 template <typename... Values>
 std::string
@@ -35,7 +36,23 @@ relative(const std::vector<Eigen::Isometry3d>& poses, const PairLink& link)
   return poses[static_cast<std::size_t>(link.target)].inverse() * poses[static_cast<std::size_t>(link.source)];
 }
 
-/// Components by size, then by their first scan; scans that cannot be used come last.
+bool
+isCopy(std::size_t scan, const MapInput& input)
+{
+  return input.original[scan] != static_cast<int>(scan);
+}
+
+/// Of each component: its scans, without copies, which say nothing of where they are.
+std::map<int, std::size_t>
+sizesOf(const MultiwayMap& map, const MapInput& input)
+{
+  std::map<int, std::size_t> sizes;
+  for (std::size_t i = 0; i < map.scans.size(); ++i)
+    sizes[map.scans[i].component] += isCopy(i, input) ? 0 : 1;
+  return sizes;
+}
+
+/// Components by size, copies not counted, then by their first scan; scans that cannot be used come last.
 void
 numberComponents(const ChosenMap& chosen, const MapInput& input, MultiwayMap& map)
 {
@@ -47,15 +64,18 @@ numberComponents(const ChosenMap& chosen, const MapInput& input, MultiwayMap& ma
   for (const auto& [part, scans] : members)
     order.push_back(&scans);
   const auto isUsable = [&](const std::vector<std::size_t>* part) { return map.scans[part->front()].usable; };
+  const auto sizeOf = [&](const std::vector<std::size_t>* part) {
+    return std::count_if(part->begin(), part->end(), [&](std::size_t i) { return !isCopy(i, input); });
+  };
   std::sort(order.begin(), order.end(), [&](const auto* a, const auto* b) {
-    if (a->size() != b->size())
-      return a->size() > b->size();
+    if (sizeOf(a) != sizeOf(b))
+      return sizeOf(a) > sizeOf(b);
     return isUsable(a) != isUsable(b) ? isUsable(a) : a->front() < b->front();
   });
   for (std::size_t c = 0; c < order.size(); ++c)
     for (const std::size_t i : *order[c]) {
       map.scans[i].component = static_cast<int>(c);
-      map.placed += order[c]->size() > 1 ? 1 : 0;
+      map.placed += sizeOf(order[c]) > 1 ? 1 : 0;
     }
   map.components = static_cast<int>(order.size());
 }
@@ -88,12 +108,10 @@ describeScans(const ChosenMap& chosen,
               const std::vector<Eigen::Isometry3d>& frames,
               MultiwayMap& map)
 {
-  std::map<int, std::size_t> sizes;
-  for (const MapScan& scan : map.scans)
-    ++sizes[scan.component];
+  const std::map<int, std::size_t> sizes = sizesOf(map, input);
   for (std::size_t i = 0; i < map.scans.size(); ++i) {
     MapScan& scan = map.scans[i];
-    if (sizes[scan.component] == 1) {
+    if (sizes.at(scan.component) == 1) {
       if (scan.reason.empty())
         scan.reason = chosen.reasons[i];
       continue;
@@ -168,6 +186,16 @@ describeLink(std::size_t k, const ChosenMap& chosen, const MapInput& input, cons
   return link;
 }
 
+/// The worst loop first; as many as are listed.
+void
+keepWorstLoops(MultiwayMap& map)
+{
+  std::stable_sort(map.loops.begin(), map.loops.end(), [](const LoopClosure& a, const LoopClosure& b) {
+    return a.translation > b.translation;
+  });
+  map.loops.resize(std::min(map.loops.size(), kListedLoops));
+}
+
 /// Triangles of used links: how they close.
 void
 closeLoops(const ChosenMap& chosen, MultiwayMap& map)
@@ -197,6 +225,8 @@ closeLoops(const ChosenMap& chosen, MultiwayMap& map)
         loop.translation = translationBetween(T, pose(direct->second), chosen.places[a]);
         misclosures.push_back(loop.translation);
         map.loops.push_back(loop);
+        if (map.loops.size() >= kMostLoops)
+          keepWorstLoops(map);
       }
   if (misclosures.empty())
     return;
@@ -204,22 +234,17 @@ closeLoops(const ChosenMap& chosen, MultiwayMap& map)
   std::nth_element(misclosures.begin(), middle, misclosures.end());
   map.median_misclosure = *middle;
   map.largest_misclosure = *std::max_element(misclosures.begin(), misclosures.end());
-  std::stable_sort(map.loops.begin(), map.loops.end(), [](const LoopClosure& a, const LoopClosure& b) {
-    return a.translation > b.translation;
-  });
-  map.loops.resize(std::min(map.loops.size(), kListedLoops));
+  keepWorstLoops(map);
 }
 
 /// What a scan that stands alone is short of.
 void
-explainUnplaced(MultiwayMap& map)
+explainUnplaced(const MapInput& input, MultiwayMap& map)
 {
-  std::map<int, std::size_t> sizes;
-  for (const MapScan& scan : map.scans)
-    ++sizes[scan.component];
+  const std::map<int, std::size_t> sizes = sizesOf(map, input);
   for (std::size_t i = 0; i < map.scans.size(); ++i) {
     MapScan& scan = map.scans[i];
-    if (!scan.usable || sizes[scan.component] > 1 || !scan.reason.empty())
+    if (!scan.usable || isCopy(i, input) || sizes.at(scan.component) > 1 || !scan.reason.empty())
       continue;
     const MapLink* best = nullptr;
     for (const MapLink& link : map.links)
@@ -305,24 +330,25 @@ describeMap(const ChosenMap& chosen, const MapInput& input, MultiwayMap& map)
     ++map.scans[static_cast<std::size_t>(link.target)].links;
   }
   closeLoops(chosen, map);
-  explainUnplaced(map);
+  explainUnplaced(input, map);
   const std::vector<Eigen::Isometry3d> chain = chainPoses(chosen);
   for (std::size_t i = 0; i < map.scans.size(); ++i) {
     map.graph_poses.push_back(frames[i] * chosen.graph_poses[i]);
     map.chain_poses.push_back(frames[i] * chain[i]);
   }
-  // Scans that were given twice stand where the first one stands.
+  // Scans that were given twice stand where the first one stands, if it does.
   for (std::size_t i = 0; i < map.scans.size(); ++i) {
-    const auto first = static_cast<std::size_t>(input.original[i]);
-    if (first == i)
+    if (!isCopy(i, input))
       continue;
+    const auto first = static_cast<std::size_t>(input.original[i]);
     MapScan& scan = map.scans[i];
     const MapScan& other = map.scans[first];
     scan.T_map_scan = other.T_map_scan;
     scan.covariance = other.covariance;
     scan.sigma_rotation = other.sigma_rotation;
     scan.sigma_translation = other.sigma_translation;
-    scan.reason = "it holds the same points as " + other.name + ", and stands where that stands";
+    scan.reason = "it holds the same points as " + other.name +
+                  (other.reason.empty() ? ", and stands where that stands" : ", which is not placed");
   }
 }
 

@@ -220,17 +220,32 @@ private:
   {
     std::vector<int> fixed;
     for (const auto& [part, members] : membersOf(assembly)) {
-      const auto pinned =
-          std::find_first_of(input_.pinned.begin(), input_.pinned.end(), members.begin(), members.end());
+      const auto pinned = std::find_first_of(
+          input_.decisions.pinned.begin(), input_.decisions.pinned.end(), members.begin(), members.end());
       const auto known = std::find_if(members.begin(), members.end(), [&](int i) {
         return input_.priors[static_cast<std::size_t>(i)].has_value();
       });
-      fixed.push_back(pinned != input_.pinned.end() ? *pinned : known != members.end() ? *known : members.front());
+      fixed.push_back(pinned != input_.decisions.pinned.end() ? *pinned
+                      : known != members.end()                ? *known
+                                                              : members.front());
     }
     return fixed;
   }
 
-  /** \brief Put scans apart, each into a part of its own, for one reason; the links of all are chosen anew.
+  /// A person accepted a link of the scan to another one of its part.
+  bool
+  isAccepted(int scan, const Assembly& assembly) const
+  {
+    return std::any_of(
+        input_.decisions.accepted.begin(), input_.decisions.accepted.end(), [&](const std::pair<int, int>& pair) {
+          return (pair.first == scan || pair.second == scan) &&
+                 assembly.part[static_cast<std::size_t>(pair.first)] ==
+                     assembly.part[static_cast<std::size_t>(pair.second)];
+        });
+  }
+
+  /** \brief Put scans apart, each into a part of its own, for one reason; the links of all are chosen anew. What a
+   * person accepted stays together, with a note.
    * \return whether there are any
    */
   bool
@@ -240,12 +255,20 @@ private:
            const HypothesisGraph& graph,
            std::vector<std::string>& reasons) const
   {
-    if (scans.empty())
-      return false;
+    bool is_any = false;
     for (const int i : scans) {
+      if (isAccepted(i, assembly)) {
+        const std::string note = name(i) + " stays where a link puts it that a person accepted, though " + reason;
+        if (std::find(map_.notes.begin(), map_.notes.end(), note) == map_.notes.end())
+          map_.notes.push_back(note);
+        continue;
+      }
       assembly.part[static_cast<std::size_t>(i)] = nextPart(assembly);
       reasons[static_cast<std::size_t>(i)] = reason;
+      is_any = true;
     }
+    if (!is_any)
+      return false;
     chooseLinks(assembly, links_, graph, places_, input_.options.choice);
     splitUnconnected(assembly, links_, graph, input_.options.choice);
     return true;

@@ -18,7 +18,6 @@ struct MapInput {
   const std::vector<int>& original; ///< of each scan: the first one with its points
   const std::vector<std::optional<PosePrior>>& priors;
   const Decisions& decisions;
-  const std::vector<int>& pinned;
   const MultiwayOptions& options;
   bool is_large; ///< scans that are too far from each other to share anything are not looked at
 };

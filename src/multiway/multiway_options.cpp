@@ -85,6 +85,10 @@ validate(const MultiwayOptions& options)
                 "alias.same_station",
                 static_cast<double>(options.alias.same_station),
                 "be 2 or more");
+  requireOption(options.alias.least_level >= 1,
+                "alias.least_level",
+                static_cast<double>(options.alias.least_level),
+                "be 1 or more");
   const RivalGroupsConfig& groups = options.rival_groups;
   requireShare("rival_groups.least_matched", groups.least_matched);
   requireShare("rival_groups.contradicted", groups.contradicted);

@@ -6,6 +6,7 @@
 #include "common/angles.h"
 #include "common/config_numbers.h"
 #include "common/parallel.h"
+#include "common/rotation_math.h"
 #include "common/stage_clock.h"
 #include "multiway/candidate_pairs.h"
 #include "multiway/map_stages.h"
@@ -15,6 +16,8 @@
 #include <pcl_ssfr/version.h>
 
 #include <algorithm>
+#include <atomic>
+#include <cmath>
 #include <cstdio>
 #include <mutex>
 #include <set>
@@ -42,6 +45,8 @@ settingsOf(const MultiwayOptions& options, const std::optional<PairGuess>& guess
        {r.normal_radius, r.density_radius, r.leaf, r.bin_width, r.overlap_radius, r.min_confidence})
     add(value);
   add(r.refine ? 1 : 0);
+  add(r.max_refinement_steps);
+  add(r.max_candidates);
   PatchProfileConfig numbers = r.patch_profile, standard;
   const std::vector<ConfigNumber> given = numbersOf(numbers), usual = numbersOf(standard);
   for (std::size_t i = 0; i < given.size(); ++i)
@@ -55,6 +60,12 @@ settingsOf(const MultiwayOptions& options, const std::optional<PairGuess>& guess
     for (const double value : *options.gravity)
       add(value);
     add(options.gravity_tolerance);
+  }
+  else if (r.gravity) {
+    for (const Eigen::Vector3d& up : {r.gravity->up_source, r.gravity->up_target})
+      for (const double value : up)
+        add(value);
+    add(r.gravity->tolerance);
   }
   if (guess) {
     const Eigen::Matrix4d m = guess->T_target_source.matrix();
@@ -75,9 +86,7 @@ struct MultiwayRegistration::State {
   std::vector<int> original;         ///< of each scan: the first one with its points
   std::vector<std::uint64_t> points; ///< of each scan: hashOfPoints()
   std::vector<std::optional<PosePrior>> priors;
-  std::vector<std::pair<std::string, std::string>> words; ///< what was decided, for the project
-  Decisions decisions;
-  std::vector<int> pinned;
+  Decisions decisions; ///< as a person gave them
   PairLinker linker;
   std::unique_ptr<ProjectFile> project;
   double prepare_seconds = 0;
@@ -89,18 +98,31 @@ struct MultiwayRegistration::State {
       throw std::invalid_argument("scan " + std::to_string(scan) + " is none of the " + std::to_string(scans.size()));
   }
 
-  std::string
-  nameOf(int scan) const
+  /// \throw std::invalid_argument
+  void
+  checkNew(const std::vector<std::string>& names) const
   {
-    return scans[static_cast<std::size_t>(scan)].name;
+    std::set<std::string> known;
+    for (const MapScan& scan : scans)
+      known.insert(scan.name);
+    for (const std::string& name : names)
+      if (name.empty() || !known.insert(name).second)
+        throw std::invalid_argument(name.empty() ? "a scan has no name" : "two scans are named " + name);
   }
 
-  /// Decisions are of the scans that are linked.
+  /// Scans that are new are the originals of their points, as far as is known.
   void
-  decideOnOriginals();
-  /// \throw DecisionError
-  void
-  checkDecisions() const;
+  resize(std::size_t count)
+  {
+    const std::size_t before = scans.size();
+    scans.resize(count);
+    prepared.resize(count);
+    priors.resize(count);
+    points.resize(count);
+    original.resize(count);
+    for (std::size_t i = before; i < count; ++i)
+      original[i] = static_cast<int>(i);
+  }
 
   /// What the priors of two scans say of their pose.
   std::optional<PairGuess>
@@ -110,7 +132,10 @@ struct MultiwayRegistration::State {
     const auto& t = priors[static_cast<std::size_t>(target)];
     if (!s || !t)
       return std::nullopt;
-    const double distance = (s->T_map_scan.translation() - t->T_map_scan.translation()).norm();
+    const auto sensor = [this](const PosePrior& prior, int scan) {
+      return Eigen::Vector3d(prior.T_map_scan * placeOf(prepared[static_cast<std::size_t>(scan)]));
+    };
+    const double distance = (sensor(*s, source) - sensor(*t, target)).norm();
     GuessTolerance tolerance;
     tolerance.rotation = std::min(kPi, s->rotation + t->rotation);
     tolerance.translation = s->translation + t->translation + distance * t->rotation;
@@ -127,10 +152,11 @@ struct MultiwayRegistration::State {
   /// Not all pairs are linked.
   bool
   isByCandidates() const;
+  /// \param[in] wanted pairs that are linked in any case
   CandidatePairs
-  candidates() const;
+  candidates(const std::set<ScanPair>& wanted) const;
   std::vector<PairLink>
-  linkAll(const Progress& progress) const;
+  linkAll(const std::set<ScanPair>& wanted, const Progress& progress) const;
 
 private:
   class LinkStage;
@@ -139,13 +165,23 @@ private:
 void
 MultiwayRegistration::State::linkHere(const std::vector<PairTask>& tasks, const OnLink& on_link) const
 {
+  std::atomic<bool> has_failed{false}; // a link that cannot be kept: no other one is worth the time
   forEachInParallel(
       static_cast<std::int64_t>(tasks.size()), 1, static_cast<int>(options.threads), [&](std::int64_t index) {
+        if (has_failed)
+          return;
         const PairTask& task = tasks[static_cast<std::size_t>(index)];
-        on_link(linkPair(task,
-                         prepared[static_cast<std::size_t>(task.source)],
-                         prepared[static_cast<std::size_t>(task.target)],
-                         options));
+        const PairLink link = linkPair(task,
+                                       prepared[static_cast<std::size_t>(task.source)],
+                                       prepared[static_cast<std::size_t>(task.target)],
+                                       options);
+        try {
+          on_link(link);
+        }
+        catch (...) {
+          has_failed = true;
+          throw;
+        }
       });
 }
 
@@ -243,34 +279,6 @@ private:
   std::vector<PairLink> links_;
 };
 
-void
-MultiwayRegistration::State::decideOnOriginals()
-{
-  const auto originalOf = [this](int scan) { return original[static_cast<std::size_t>(scan)]; };
-  for (std::set<std::pair<int, int>>* pairs : {&decisions.accepted, &decisions.rejected}) {
-    std::set<std::pair<int, int>> mapped;
-    for (const auto& [a, b] : *pairs)
-      mapped.insert(std::minmax({originalOf(a), originalOf(b)}));
-    *pairs = std::move(mapped);
-  }
-  std::transform(pinned.begin(), pinned.end(), pinned.begin(), originalOf);
-  for (std::size_t i = 0; i < scans.size(); ++i)
-    if (const auto first = static_cast<std::size_t>(original[i]); priors[i] && !priors[first])
-      priors[first] = priors[i];
-}
-
-void
-MultiwayRegistration::State::checkDecisions() const
-{
-  for (const auto& [a, b] : decisions.accepted)
-    if (decisions.rejected.count({a, b}) > 0)
-      throw DecisionError("the link " + nameOf(a) + ", " + nameOf(b) + " is both accepted and rejected");
-  for (const auto& [kind, pairs] : {std::pair("accepted", &decisions.accepted), {"rejected", &decisions.rejected}})
-    for (const auto& [a, b] : *pairs)
-      if (a == b)
-        throw DecisionError(std::string("the ") + kind + " link of " + nameOf(a) + " is of a scan with itself");
-}
-
 bool
 MultiwayRegistration::State::isLinked(std::size_t scan) const
 {
@@ -289,13 +297,13 @@ MultiwayRegistration::State::allPairs() const
 }
 
 CandidatePairs
-MultiwayRegistration::State::candidates() const
+MultiwayRegistration::State::candidates(const std::set<ScanPair>& wanted) const
 {
   CandidateScans known;
   known.usable.resize(scans.size(), 0);
   known.places.resize(scans.size(), Eigen::Vector3d::Zero());
   known.T_map_scan.resize(scans.size());
-  known.wanted = decisions.accepted;
+  known.wanted = wanted;
   std::vector<double> scales;
   for (std::size_t i = 0; i < scans.size(); ++i)
     if (isLinked(i)) {
@@ -337,14 +345,14 @@ MultiwayRegistration::State::isByCandidates() const
 }
 
 std::vector<PairLink>
-MultiwayRegistration::State::linkAll(const Progress& progress) const
+MultiwayRegistration::State::linkAll(const std::set<ScanPair>& wanted, const Progress& progress) const
 {
   LinkStage stage(*this, progress);
   if (!isByCandidates()) {
     stage.link(allPairs());
     return stage.takeLinks();
   }
-  CandidatePairs chosen = candidates();
+  CandidatePairs chosen = candidates(wanted);
   for (auto pairs = chosen.next(stage.links()); !pairs.empty(); pairs = chosen.next(stage.links()))
     stage.link(pairs);
   return stage.takeLinks();
@@ -369,28 +377,23 @@ MultiwayRegistration::addScans(const std::vector<std::string>& names, const Load
 {
   StageClock clock;
   const std::size_t first = state_->scans.size();
-  for (const std::string& name : names) {
-    if (name.empty() || find(name) >= 0)
-      throw std::invalid_argument(name.empty() ? "a scan has no name" : "two scans are named " + name);
-    state_->scans.emplace_back();
-    state_->scans.back().name = name;
-  }
-  state_->prepared.resize(state_->scans.size());
-  state_->priors.resize(state_->scans.size());
-  state_->points.resize(state_->scans.size());
+  state_->checkNew(names);
+  state_->resize(first + names.size());
+  for (std::size_t i = 0; i < names.size(); ++i)
+    state_->scans[first + i].name = names[i];
   Options options = state_->options.registration;
   options.threads = 1;
   std::mutex mutex;
   std::size_t done = 0;
   const auto threads = static_cast<int>(state_->options.threads);
-  forEachInParallel(static_cast<std::int64_t>(names.size()), 1, threads, [&](std::int64_t index) {
+  const auto prepare = [&](std::int64_t index) {
     const std::size_t i = first + static_cast<std::size_t>(index);
     MapScan& scan = state_->scans[i];
     try {
       const ScanSource source = load(static_cast<std::size_t>(index));
       scan.points = source.view.count();
       state_->points[i] = hashOfPoints(source.view);
-      scan.hash = hashOfScan(source.view);
+      scan.hash = hashOfScan(source.view, state_->points[i]);
       state_->prepared[i] = prepareScan(source.view, options);
       scan.reason = problemOf(state_->prepared[i]);
       scan.usable = scan.reason.empty();
@@ -403,16 +406,20 @@ MultiwayRegistration::addScans(const std::vector<std::string>& names, const Load
     ++done;
     if (progress)
       progress("prepare", done, names.size());
-  });
-  for (std::size_t i = first; i < state_->scans.size(); ++i) {
-    int original = static_cast<int>(i);
+  };
+  try {
+    forEachInParallel(static_cast<std::int64_t>(names.size()), 1, threads, prepare);
+  }
+  catch (...) {
+    state_->resize(first);
+    throw;
+  }
+  for (std::size_t i = first; i < state_->scans.size(); ++i)
     for (std::size_t k = 0; k < i && state_->scans[i].usable; ++k)
       if (state_->scans[k].usable && state_->points[k] == state_->points[i]) {
-        original = static_cast<int>(k);
+        state_->original[i] = static_cast<int>(k);
         break;
       }
-    state_->original.push_back(original);
-  }
   state_->prepare_seconds += clock.elapsed();
 }
 
@@ -457,7 +464,6 @@ MultiwayRegistration::accept(int a, int b)
   state_->check(a);
   state_->check(b);
   state_->decisions.accepted.emplace(std::min(a, b), std::max(a, b));
-  state_->words.emplace_back("accept", state_->nameOf(a) + "," + state_->nameOf(b));
 }
 
 void
@@ -466,24 +472,27 @@ MultiwayRegistration::reject(int a, int b)
   state_->check(a);
   state_->check(b);
   state_->decisions.rejected.emplace(std::min(a, b), std::max(a, b));
-  state_->words.emplace_back("reject", state_->nameOf(a) + "," + state_->nameOf(b));
 }
 
 void
 MultiwayRegistration::pin(int scan)
 {
   state_->check(scan);
-  state_->pinned.push_back(scan);
-  state_->words.emplace_back("pin", state_->nameOf(scan));
+  state_->decisions.pinned.push_back(scan);
 }
 
 void
 MultiwayRegistration::setPosePrior(int scan, const PosePrior& prior)
 {
   state_->check(scan);
-  if (!(prior.rotation > 0 && prior.rotation <= kPi) || !(prior.translation > 0))
-    throw std::invalid_argument("the tolerance of a pose prior must be positive, and not more than half a turn");
-  state_->priors[static_cast<std::size_t>(scan)] = prior;
+  requireRigid(prior.T_map_scan, "T_map_scan");
+  if (!(prior.rotation > 0 && prior.rotation <= kPi) || !(prior.translation > 0 && std::isfinite(prior.translation)))
+    throw std::invalid_argument("the tolerance of a pose prior must be positive and finite, its rotation not more than "
+                                "half a turn");
+  const auto number = static_cast<std::size_t>(scan);
+  state_->priors[number] = prior;
+  if (std::optional<PosePrior>& first = state_->priors[static_cast<std::size_t>(state_->original[number])]; !first)
+    first = prior;
 }
 
 void
@@ -496,7 +505,7 @@ void
 MultiwayRegistration::writeToProject(const MultiwayMap& map)
 {
   if (state_->project)
-    state_->project->writeMap(map, state_->words);
+    state_->project->writeMap(map, inWords(state_->decisions, state_->scans));
 }
 
 MultiwayMap
@@ -513,15 +522,14 @@ MultiwayRegistration::run(const Progress& progress)
   if (usable < 2)
     throw std::invalid_argument("a map takes two scans or more, " + std::to_string(usable) + " of " +
                                 std::to_string(s.scans.size()) + " can be used" + reason);
-  s.decideOnOriginals();
-  s.checkDecisions();
+  const Decisions decisions = onOriginals(s.decisions, s.original, s.scans);
   StageClock clock;
   MultiwayMap map;
   map.scans = s.scans;
   map.stages.push_back({"prepare", s.prepare_seconds, s.scans.size(), usable});
-  const std::vector<PairLink> links = s.linkAll(progress);
+  const std::vector<PairLink> links = s.linkAll(decisions.accepted, progress);
   map.stages.push_back(clock.lap("link", usable, links.size()));
-  const MapInput input = {s.prepared, s.original, s.priors, s.decisions, s.pinned, s.options, s.isByCandidates()};
+  const MapInput input = {s.prepared, s.original, s.priors, decisions, s.options, s.isByCandidates()};
   makeMap(input, links, map, progress);
   writeToProject(map);
   return map;

@@ -117,11 +117,13 @@ readHypothesis(ByteReader& in)
   return h;
 }
 
-/// FNV-1a (Fowler, Noll, Vo), eight bytes at a time.
+/// FNV-1a (Fowler, Noll, Vo), eight bytes at a time; a product takes bits upwards only, so what is at the top, such as
+/// signs of coordinates, is brought down each time.
 std::uint64_t
 hashedWith(std::uint64_t hash, std::uint64_t value)
 {
-  return (hash ^ value) * 0x100000001b3u;
+  hash = (hash ^ value) * 0x100000001b3u;
+  return hash ^ (hash >> 32);
 }
 
 } // namespace
@@ -153,7 +155,13 @@ hashOfPoints(const ScanView& scan)
 std::uint64_t
 hashOfScan(const ScanView& scan)
 {
-  std::uint64_t hash = hashedWith(hashOfPoints(scan), scan.viewpoint_is_known ? 1 : 0);
+  return hashOfScan(scan, hashOfPoints(scan));
+}
+
+std::uint64_t
+hashOfScan(const ScanView& scan, std::uint64_t points)
+{
+  std::uint64_t hash = hashedWith(points, scan.viewpoint_is_known ? 1 : 0);
   for (const double coordinate : scan.viewpoint) {
     const double value = coordinate + 0.0; // one zero
     std::uint64_t bits = 0;

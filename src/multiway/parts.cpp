@@ -57,6 +57,9 @@ splitUnconnected(Assembly& assembly,
     }
   for (std::size_t i = 0; i < root.size(); ++i)
     assembly.part[i] = find(static_cast<int>(i));
+  for (std::size_t k = 0; k < links.size(); ++k)
+    if (find(links[k].source) != find(links[k].target))
+      assembly.used[k] = -1;
 }
 
 std::vector<int>

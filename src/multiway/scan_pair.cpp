@@ -55,6 +55,7 @@ pairOptions(const MultiwayOptions& options)
 {
   Options result = options.registration;
   result.threads = 1;
+  result.time_limit = 0; // links must not depend on how busy the machine is
   if (options.gravity)
     result.gravity =
         GravityPrior{options.gravity->normalized(), options.gravity->normalized(), options.gravity_tolerance};

@@ -4,6 +4,7 @@
 #include <pcl_ssfr/pipeline.h>
 
 #include "common/parallel.h"
+#include "common/rotation_math.h"
 #include "common/types.h"
 #include "profiles/prepared_data.h"
 
@@ -11,7 +12,6 @@
 #include <cmath>
 #include <cstdint>
 #include <memory>
-#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -59,24 +59,6 @@ problemOf(const PreparedScan& source, const PreparedScan& target, const Options&
     if (scan->data().options.profile != options.profile)
       return "a scan was prepared for another profile than the one to be run";
   return nullptr;
-}
-
-/// \throw std::invalid_argument for what is no rigid motion
-void
-requireRigid(const Eigen::Isometry3d& T)
-{
-  std::ostringstream problem;
-  for (Eigen::Index row = 0; row < 3; ++row)
-    for (Eigen::Index column = 0; column < 4; ++column)
-      if (problem.str().empty() && !std::isfinite(T(row, column)))
-        problem << "T_target_source(" << row << ", " << column << ") = " << T(row, column) << ", must be finite";
-  const Eigen::Matrix3d R = T.linear();
-  const double deviation = (R.transpose() * R - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
-  if (problem.str().empty() && !(deviation <= kUnitTolerance && R.determinant() > 0))
-    problem << "the linear part of T_target_source is no rotation: R^T R is " << deviation
-            << " off the identity, its determinant " << R.determinant();
-  if (!problem.str().empty())
-    throw std::invalid_argument(problem.str());
 }
 
 /// A result without a search.
@@ -177,7 +159,7 @@ scorePose(const PreparedScan& source,
     if (!scan->isComplete())
       throw std::invalid_argument(std::string("the preparation of the ") + (scan == &source ? "source" : "target") +
                                   " scan was not complete when its deadline passed");
-  requireRigid(T_target_source);
+  requireRigid(T_target_source, "T_target_source");
   Candidate candidate;
   runInTeam(static_cast<int>(threadCount(options)), [&] {
     const auto& from = source.data().scan;

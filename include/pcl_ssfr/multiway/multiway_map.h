@@ -100,7 +100,7 @@ struct MultiwayMap {
   std::vector<MapScan> scans;      ///< in the order in which they were added
   std::vector<MapLink> links;      ///< of all pairs that were linked, by source, then target
   int components = 0;              ///< number of them, scans that were not placed included
-  std::size_t placed = 0;          ///< scans in components of two and more
+  std::size_t placed = 0;          ///< scans in components of two and more, of which copies do not count
   double bundle_error = 0;         ///< root mean square plane distance over all pairs after the joint adjustment [m]
   double graph_error = 0;          ///< the same after the pose graph alone [m]
   double median_misclosure = 0;    ///< over triangles of used links [m]; 0 without any

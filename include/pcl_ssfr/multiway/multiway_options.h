@@ -131,7 +131,7 @@ struct AdjustmentConfig {
 
 /// Everything that can be set of a multiway registration. The defaults need no change.
 struct MultiwayOptions {
-  Options registration;                   ///< of the pairs; its threads are not read
+  Options registration;                   ///< of the pairs; its threads and time limit are not read
   unsigned threads = 0;                   ///< 0: all processors; the map never depends on it
   std::optional<Eigen::Vector3d> gravity; ///< up in the frame of every scan, any length > 0
   double gravity_tolerance = 0.0873;      ///< of it [rad], (0, pi]

@@ -71,8 +71,7 @@ public:
    * \param[in] names of the scans, each another one
    * \param[in] load called once for each, from several threads
    * \param[in] progress called after each scan; empty: not
-   * \throw std::invalid_argument when a name is empty or not
-   * new
+   * \throw std::invalid_argument when a name is empty or not new, and what \p progress throws; then no scan is added
    */
   void
   addScans(const std::vector<std::string>& names, const Loader& load, const Progress& progress = {});
@@ -120,7 +119,8 @@ public:
   void
   writeToProject(const MultiwayMap& map);
 
-  /// A person says that the best pose of this pair is right. \throw std::invalid_argument for a number that is no scan
+  /// A person says that the best pose of this pair is right: the two are not put apart for what speaks against it,
+  /// which becomes a note of the map. \throw std::invalid_argument for a number that is no scan
   void
   accept(int a, int b);
   /// A person says that these scans are not to be joined by a link of theirs. \throw as accept()
@@ -129,7 +129,8 @@ public:
   /// The scan holds the frame of its component: its pose is the identity, or its prior. \throw as accept()
   void
   pin(int scan);
-  /// The scan's pose is known to a tolerance: only poses within it are considered. \throw std::invalid_argument
+  /// The scan's pose is known to a tolerance: only poses within it are considered. \throw std::invalid_argument for a
+  /// number that is no scan, a pose that is no rigid motion, a tolerance out of range
   void
   setPosePrior(int scan, const PosePrior& prior);
 

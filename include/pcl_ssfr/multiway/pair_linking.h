@@ -62,6 +62,9 @@ hashOfPoints(const ScanView& scan);
 /// A number that differs where points or the viewpoint differ, as in MapScan::hash.
 PCL_SSFR_EXPORT std::uint64_t
 hashOfScan(const ScanView& scan);
+/// The same where hashOfPoints() is known.
+PCL_SSFR_EXPORT std::uint64_t
+hashOfScan(const ScanView& scan, std::uint64_t points);
 
 /// Tasks as bytes, for a message between processes of one build on machines of one kind.
 PCL_SSFR_EXPORT std::string

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#include "multiway/decisions.h"
+
+#include <algorithm>
+#include <cstddef>
+
+namespace pcl_ssfr {
+
+namespace {
+
+const std::string&
+nameOf(const std::vector<MapScan>& scans, int scan)
+{
+  return scans[static_cast<std::size_t>(scan)].name;
+}
+
+/// Pairs of the scans that are linked.
+std::set<std::pair<int, int>>
+pairsOfOriginals(const std::set<std::pair<int, int>>& pairs,
+                 const std::vector<int>& original,
+                 const char* kind,
+                 const std::vector<MapScan>& scans)
+{
+  std::set<std::pair<int, int>> found;
+  for (const auto& [a, b] : pairs) {
+    const auto pair = std::minmax({original[static_cast<std::size_t>(a)], original[static_cast<std::size_t>(b)]});
+    if (pair.first == pair.second)
+      throw DecisionError(std::string("the ") + kind + " link of " + nameOf(scans, pair.first) +
+                          " is of a scan with itself");
+    found.insert(pair);
+  }
+  return found;
+}
+
+} // namespace
+
+Decisions
+onOriginals(const Decisions& given, const std::vector<int>& original, const std::vector<MapScan>& scans)
+{
+  Decisions decisions;
+  decisions.accepted = pairsOfOriginals(given.accepted, original, "accepted", scans);
+  decisions.rejected = pairsOfOriginals(given.rejected, original, "rejected", scans);
+  for (const auto& [a, b] : decisions.accepted)
+    if (decisions.rejected.count({a, b}) > 0)
+      throw DecisionError("the link " + nameOf(scans, a) + ", " + nameOf(scans, b) + " is both accepted and rejected");
+  for (const int scan : given.pinned)
+    decisions.pinned.push_back(original[static_cast<std::size_t>(scan)]);
+  return decisions;
+}
+
+std::vector<std::pair<std::string, std::string>>
+inWords(const Decisions& given, const std::vector<MapScan>& scans)
+{
+  std::vector<std::pair<std::string, std::string>> words;
+  for (const auto& [kind, pairs] : {std::pair("accept", &given.accepted), {"reject", &given.rejected}})
+    for (const auto& [a, b] : *pairs)
+      words.emplace_back(kind, nameOf(scans, a) + "," + nameOf(scans, b));
+  for (const int scan : given.pinned)
+    words.emplace_back("pin", nameOf(scans, scan));
+  return words;
+}
+
+} // namespace pcl_ssfr

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#pragma once
+
+#include <pcl_ssfr/multiway/multiway_map.h>
+
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace pcl_ssfr {
+
+/// What a person decided; pairs as (smaller, larger number).
+struct Decisions {
+  std::set<std::pair<int, int>> accepted;
+  std::set<std::pair<int, int>> rejected;
+  std::vector<int> pinned;
+};
+
+/** \brief The same of the scans that are linked: of those with the same points the first.
+ * \param[in] original of each scan: the first one with its points
+ * \throw DecisionError when a pair is both accepted and rejected, or of a scan with itself; naming it by \p scans
+ */
+Decisions
+onOriginals(const Decisions& given, const std::vector<int>& original, const std::vector<MapScan>& scans);
+
+/// As the project keeps them: kind ("accept", "reject", "pin") and the names of the scans.
+std::vector<std::pair<std::string, std::string>>
+inWords(const Decisions& given, const std::vector<MapScan>& scans);
+
+} // namespace pcl_ssfr
