@@ -37,6 +37,7 @@ main(int argc, char** argv)
 
   testing::MadeUpRun sweep;
   sweep.resolutions = {0.05, 0.1, 0.2, 0.4};
+  sweep.also_mirrored = true; // points of no line of the others
   sweep.datasets = {"apartment"};
   sweep.methods = {"ssfr",
                    "ssfr_paper2017",

@@ -9,6 +9,7 @@
 #include <apps/benchmark/benchmark_plan.h>
 #include <apps/io/dataset_folder.h>
 #include <apps/io/file_bytes.h>
+#include <apps/io/pcd_format.h>
 #include <apps/io/transform_file.h>
 #include <apps/pairs/result_row.h>
 
@@ -21,6 +22,7 @@
 #include <cmath>
 #include <csignal>
 #include <fstream>
+#include <functional>
 #include <map>
 #include <set>
 #include <sys/wait.h>
@@ -423,6 +425,113 @@ TEST_F(BenchmarkProgram, externalProgramsCannotHurt)
   EXPECT_LT(by_name["fails"].peak_rss_mib, 60);
   const int stray = std::stoi(io::readFile(folder_.file("stray")));
   EXPECT_FALSE(isAlive(stray)) << "a child of the program that hung is still there";
+}
+
+TEST_F(BenchmarkProgram, externalProgramsMayPrintWhatTheyLike)
+{
+  const std::string answer = "echo '{\"T\": " + truthAsJson() + "}'";
+  // Bytes of which each takes six in JSON, before and after a result, and in one.
+  const std::string chatty = script("chatty.sh", "head -c 3000000 /dev/zero\necho\n" + answer);
+  const std::string first = script("first.sh", answer + "\nhead -c 500000 /dev/zero");
+  io::writeFile(folder_.file("wordy.py"),
+                R"(print('{"x": "' + r'\u0001' * 150000 + '", "T": )" + truthAsJson() + R"(}'))");
+  const std::string wordy = script("wordy.sh", "python3 " + folder_.file("wordy.py"));
+  // What is cut to 200 bytes is not cut within a character.
+  const std::string cut = script("cut.sh", R"(printf '%0199d\303\244 and more\n' 0 >&2; exit 7)");
+  const std::string bytes = script("bytes.sh", R"(printf 'B\374ro\n' >&2; exit 7)");
+  nlohmann::json json{{"endless", {{"command", "yes"}}}};
+  for (const auto& [name, program] : std::map<std::string, std::string>{
+           {"chatty", chatty}, {"first", first}, {"wordy", wordy}, {"cut", cut}, {"bytes", bytes}})
+    json[name]["command"] = program;
+  io::writeFile(folder_.file("methods.json"), json.dump());
+  const Outcome result =
+      run(small() + out() + "--methods endless,chatty,first,wordy,cut,bytes --pairs 0 --timeout 6 --external " +
+          folder_.file("methods.json"));
+  ASSERT_EQ(result.code, 0) << result.errors;
+  std::map<std::string, ResultRow> by_name;
+  for (const ResultRow& row : rows())
+    by_name[row.method] = row;
+  EXPECT_EQ(by_name["endless"].status, "timeout") << by_name["endless"].message;
+  for (const char* name : {"chatty", "first", "wordy"}) {
+    EXPECT_EQ(by_name[name].status, "converged") << name << ": " << by_name[name].message;
+    EXPECT_TRUE(by_name[name].success) << name;
+  }
+  EXPECT_EQ(by_name["cut"].message, "exit code 7: " + std::string(199, '0'));
+  EXPECT_EQ(by_name["bytes"].message, "exit code 7: B\xef\xbf\xbdro");
+}
+
+TEST_F(BenchmarkProgram, externalProgramsGetBinaryFiles)
+{
+  // It says which source it got, and how its points are stored.
+  const std::string shows = script("shows.sh",
+                                   "stored=$(grep -a -m 1 ^DATA $1)\nprintf '{\"T\": " + truthAsJson() +
+                                       R"(, "message": "%s %s"}\n' "$1" "$stored")");
+  io::writeFile(folder_.file("methods.json"), nlohmann::json{{"shows", {{"command", shows + " {source}"}}}}.dump());
+  const auto shown = [&](const std::string& name, const std::function<void(const std::string&)>& write) {
+    const std::string folder = folder_.file(name);
+    std::filesystem::create_directory(folder);
+    for (const char* scan : {"/s.pcd", "/t.pcd"})
+      write(folder + scan);
+    io::writeFile(folder + "/pairs.csv",
+                  "source,target,T00,T01,T02,T03,T10,T11,T12,T13,T20,T21,T22,T23\n"
+                  "s.pcd,t.pcd,1,0,0,0,0,1,0,0,0,0,1,0\n");
+    EXPECT_EQ(run("--dataset " + folder + out("out_" + name) + "--methods shows --no-rmse --external " +
+                  folder_.file("methods.json"))
+                  .code,
+              0);
+    return rows("out_" + name).at(0).message;
+  };
+  const io::LoadedCloud cloud = io::parseCloud("cloud.xyz", "1 2 3\n4 5 6\n7 8 9\n");
+  const std::string binary = shown(
+      "binary", [&cloud](const std::string& path) { io::writePcd(path, cloud.table, Eigen::Isometry3d::Identity()); });
+  EXPECT_EQ(binary, folder_.file("binary/s.pcd") + " DATA binary"); // as it is
+  const std::string ascii = shown("ascii", [](const std::string& path) {
+    io::writeFile(path,
+                  "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 3\nHEIGHT 1\n"
+                  "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 3\nDATA ascii\n1 2 3\n4 5 6\n7 8 9\n");
+  });
+  EXPECT_THAT(ascii, AllOf(HasSubstr("/source.pcd"), ::testing::EndsWith(" DATA binary"))); // written again
+}
+
+TEST_F(BenchmarkProgram, foldersMayHaveAnyName)
+{
+  const std::string folder = folder_.file("B\xfcro");
+  std::filesystem::copy(data_->file(""), folder);
+  std::filesystem::remove(folder + "/dataset.json");
+  const std::string common = "--dataset '" + folder + "'" + out() + "--methods icp_point_to_point --pairs 0";
+  const Outcome result = run(common);
+  ASSERT_EQ(result.code, 0) << result.errors;
+  ASSERT_EQ(rows().size(), 1U);
+  EXPECT_EQ(rows().front().dataset, "B\xef\xbf\xbdro");
+  EXPECT_EQ(rows().front().status, "converged") << rows().front().message;
+  EXPECT_EQ(reportData("out")["pairs"].size(), 1U);
+  ASSERT_EQ(run(common + " --resume").code, 0);
+  EXPECT_EQ(rows().size(), 1U); // it is known again
+}
+
+TEST_F(BenchmarkProgram, datasetsOfOneNameKeepTheirNames)
+{
+  for (const char* folder : {"a", "b"})
+    std::filesystem::copy(data_->file(""), folder_.file(folder));
+  const std::string pairs = io::readFile(folder_.file("b/pairs.csv"));
+  io::writeFile(folder_.file("b/pairs.csv"), pairs.substr(0, pairs.rfind('\n', pairs.size() - 2) + 1)); // but the last
+  const std::string a = folder_.file("a"), b = folder_.file("b");
+  const std::string common = "--methods icp_point_to_point --pairs 0 --no-rmse ";
+  ASSERT_EQ(run("--dataset " + a + " " + b + out() + common).code, 0);
+  const nlohmann::json first = reportData("out");
+  EXPECT_EQ(first["pairs"].size(), 2U);
+  Outcome again = run("--dataset " + a + " " + b + out() + "--report-only");
+  ASSERT_EQ(again.code, 0) << again.errors;
+  EXPECT_EQ(again.errors, "");
+  EXPECT_EQ(reportData("out")["pairs"], first["pairs"]);
+  again = run("--dataset " + a + out() + "--report-only"); // alone it goes by another name
+  EXPECT_EQ(again.code, 0);
+  EXPECT_THAT(again.errors, AllOf(HasSubstr("warning: --dataset " + a), HasSubstr("'small'")));
+  // Nor are its pairs run a second time.
+  again = run("--dataset " + a + out() + common + "--resume");
+  EXPECT_EQ(again.code, 3);
+  EXPECT_THAT(again.errors, HasSubstr("dataset 'small' is in this folder as 'a'"));
+  EXPECT_EQ(rows().size(), 2U);
 }
 
 TEST_F(BenchmarkProgram, processorTimeIsLimitedWhateverTheClockSays)

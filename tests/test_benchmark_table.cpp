@@ -6,6 +6,7 @@
 #include <apps/benchmark/benchmark_options.h>
 #include <apps/benchmark/benchmark_plan.h>
 #include <apps/benchmark/results_store.h>
+#include <apps/common/utf8_text.h>
 #include <apps/io/csv_line.h>
 #include <apps/io/dataset_folder.h>
 #include <apps/io/file_bytes.h>
@@ -51,6 +52,51 @@ TEST(CsvLine, splitsAndQuotes)
   for (const std::string text : {"plain", "a,b", "\"", "a \"b\", c", " blanks ", "", "ä"})
     EXPECT_THAT(io::splitCsvLine(io::csvField(text) + ",end"), ElementsAre(text, "end"));
   EXPECT_EQ(io::csvField("two\nlines"), "two lines");
+}
+
+TEST(CsvLine, isUtf8WhateverTheBytes)
+{
+  EXPECT_EQ(io::csvField("B\xfcro"), "B\xef\xbf\xbdro");
+  EXPECT_EQ(io::csvField("cut \xc3"), "cut \xef\xbf\xbd");
+}
+
+TEST(Utf8Text, isKeptAndTheRestReplaced)
+{
+  // The smallest and largest characters of each length.
+  for (const std::string text : {"",
+                                 "a",
+                                 "\xc2\x80",
+                                 "\xdf\xbf",
+                                 "\xe0\xa0\x80",
+                                 "\xed\x9f\xbf",
+                                 "\xef\xbf\xbf",
+                                 "\xf0\x90\x80\x80",
+                                 "\xf4\x8f\xbf\xbf"})
+    EXPECT_EQ(validUtf8(text + "|" + text), text + "|" + text);
+  // Too long for its value, a surrogate, beyond the last character, cut, bytes that nothing begins with.
+  for (const std::string text :
+       {"\xc0\x80", "\xe0\x9f\xbf", "\xed\xa0\x80", "\xf4\x90\x80\x80", "\xe2\x82", "\xff", "\x80"}) {
+    const std::string valid = validUtf8("a" + text + "b");
+    std::string replaced; // one character in place of the sequence, or of each of its bytes
+    while (replaced.size() + 2 < valid.size())
+      replaced += "\xef\xbf\xbd";
+    EXPECT_EQ(valid, "a" + replaced + "b");
+    EXPECT_FALSE(replaced.empty());
+    EXPECT_LE(replaced.size(), 3 * text.size());
+    EXPECT_EQ(validUtf8(text), replaced);
+  }
+}
+
+TEST(Utf8Text, isCutBetweenCharacters)
+{
+  const std::string text = "a\xc3\xa4\xe2\x82\xac";
+  EXPECT_EQ(utf8Prefix(text, 99), text);
+  EXPECT_EQ(utf8Prefix(text, 6), text);
+  for (const std::size_t length : {3, 4, 5})
+    EXPECT_EQ(utf8Prefix(text, length), "a\xc3\xa4") << length;
+  for (const std::size_t length : {1, 2})
+    EXPECT_EQ(utf8Prefix(text, length), "a") << length;
+  EXPECT_EQ(utf8Prefix(text, 0), "");
 }
 
 TEST(ResultRow, comesBackFromItsLine)
@@ -378,6 +424,19 @@ TEST_F(Plan, datasetsOfOneNameGoByTheirFolders)
   const BenchmarkPlan plan = makePlan(wanted);
   EXPECT_NE(plan.datasets[0].name, plan.datasets[1].name);
   EXPECT_THAT(other.file(""), HasSubstr(plan.datasets[1].name));
+  const std::vector<io::DatasetFolder> read = readDatasets(wanted.datasets);
+  ASSERT_EQ(read.size(), 2U);
+  for (std::size_t i = 0; i < read.size(); ++i)
+    EXPECT_EQ(read[i].name, plan.datasets[i].name);
+}
+
+TEST_F(Plan, namesOfDatasetsAreUtf8)
+{
+  const std::string folder = folder_.file("B\xfcro");
+  std::filesystem::create_directory(folder);
+  io::writeFile(folder + "/a.xyz", "1 2 3\n");
+  io::writeFile(folder + "/pairs.csv", std::string(kHeader) + "a.xyz,a.xyz,x,1,0,0,1.5,0,1,0,0,0,0,1,0\n");
+  EXPECT_EQ(readDatasets({folder}).front().name, "B\xef\xbf\xbdro");
 }
 
 TEST_F(Plan, errorsComeBeforeWork)
@@ -561,6 +620,33 @@ TEST_F(Store, differentSettingsAreNotMixed)
   EXPECT_THAT(openError(more, true), HasSubstr("datasets.e"));
   std::filesystem::remove(folder_.file("out/settings.json"));
   EXPECT_THAT(openError(settings(), true), HasSubstr("settings.json"));
+}
+
+TEST_F(Store, aDatasetIsNotRunAgainUnderAnotherName)
+{
+  const auto named = [](const std::vector<std::pair<std::string, std::string>>& datasets) {
+    Json json = settings();
+    json["datasets"] = Json::object();
+    for (const auto& [name, checksum] : datasets)
+      json["datasets"][name]["pairs_checksum"] = checksum;
+    return json;
+  };
+  {
+    ResultsStore store(out(), named({{"n", "1"}}), false);
+    store.append({row(0), {}});
+  }
+  EXPECT_THAT(openError(named({{"a", "1"}, {"b", "2"}}), true), HasSubstr("dataset 'a' is in this folder as 'n'"));
+  EXPECT_EQ(openError(named({{"b", "2"}}), true), "nothing was thrown");
+  // Another dataset with the same pairs, of scans that were thinned for instance.
+  EXPECT_EQ(openError(named({{"n", "1"}, {"thin", "1"}}), true), "nothing was thrown");
+}
+
+TEST_F(Store, settingsAreWrittenWhateverTheBytes)
+{
+  Json json = settings();
+  json["datasets"]["B\xfcro"] = {{"sum", "1"}};
+  EXPECT_EQ(openError(json, false), "nothing was thrown");
+  EXPECT_THAT(io::readFile(folder_.file("out/settings.json")), HasSubstr("B\xef\xbf\xbdro"));
 }
 
 TEST_F(Store, oneRunAtATime)

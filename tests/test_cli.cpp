@@ -4,6 +4,7 @@
 // ssfr_align as its users run it: exit codes, messages, files. PCL_SSFR_ALIGN is the path of the program.
 
 #include <apps/align/align_options.h>
+#include <apps/align/pictures.h>
 #include <apps/io/e57_format.h>
 #include <apps/io/e57_writer.h>
 #include <apps/io/file_bytes.h>
@@ -125,6 +126,9 @@ TEST(AlignOptions, methodAndProfileAgree)
   }
   EXPECT_THAT(usageError({"s.pcd", "t.pcd", "--profile", "default", "--method", "ssfr_paper2017"}),
               HasSubstr("contradicts"));
+  for (const char* method : {"ssfr_icp", "ssfr_gicp", "ssfr_ndt"})
+    EXPECT_EQ(usageError({"s.pcd", "t.pcd", "--profile", "paper2017", "--method", method}),
+              std::string("--profile paper2017 contradicts --method ") + method);
 }
 
 TEST(AlignOptions, errorsNameWhatIsWrong)
@@ -244,6 +248,25 @@ TEST(AlignOptions, helpNamesEveryOptionAndMethod)
   for (const apps::Method& method : apps::methods())
     EXPECT_THAT(help, HasSubstr(method.name));
   EXPECT_THAT(help, HasSubstr("Exit code"));
+}
+
+// ---------------------------------------------------------------------------------------------------------------------
+// What is said of a result
+
+TEST(AlignReport, distancesAreMeasuredAtTheReferencePoint)
+{
+  // Coordinates of a map: turned about the sensor by half a turn and moved by a metre.
+  const Eigen::Vector3d sensor(691234.5, 5338000.25, 512);
+  const Eigen::Isometry3d turned = Eigen::Translation3d(sensor + Eigen::Vector3d::UnitX()) *
+                                   Eigen::AngleAxisd(M_PI, Eigen::Vector3d::UnitZ()) * Eigen::Translation3d(-sensor);
+  apps::Report report;
+  report.method = "ssfr";
+  report.reference = sensor;
+  report.run.result.candidates.resize(2);
+  report.run.result.candidates[1].T_target_source = turned;
+  EXPECT_THAT(apps::toText(report), HasSubstr("180.0 deg and 1.00 m away"));
+  report.run.result.T_target_source = turned;
+  EXPECT_THAT(apps::subtitleAfter(report), HasSubstr("moved by 1.00 m"));
 }
 
 // ---------------------------------------------------------------------------------------------------------------------
@@ -423,6 +446,27 @@ TEST_F(Program, alignsARoomWithOffsetsAndWritesEverything)
     EXPECT_EQ(png.substr(1, 3), "PNG");
     EXPECT_GT(png.size(), 10000U);
   }
+}
+
+TEST_F(Program, distancesInAMapAreThoseAtTheScan)
+{
+  // Both scans in one map frame: the pose is near the identity, and so are the distances of other poses.
+  const Eigen::Isometry3d T_map_room(Eigen::Translation3d(691234.5, 5312345.25, 412.125));
+  io::writeFile(folder_.file("source.xyz"), room(T_map_room));
+  io::writeFile(folder_.file("target.xyz"), room(T_map_room));
+  const Outcome result =
+      run(folder_.file("source.xyz") + " " + folder_.file("target.xyz") + " --viewpoint unknown --method ssfr_icp");
+  ASSERT_EQ(result.code, 0) << result.errors;
+  std::istringstream lines(result.output);
+  std::size_t others = 0;
+  for (std::string line; std::getline(lines, line);) {
+    const std::size_t at = line.find(" deg and ");
+    if (at == std::string::npos)
+      continue;
+    ++others;
+    EXPECT_LT(std::stod(line.substr(at + 9)), 30) << line;
+  }
+  EXPECT_GT(others, 0U) << result.output;
 }
 
 TEST_F(Program, scansOfOneE57File)

@@ -247,6 +247,26 @@ TEST_F(VariedPair, TruthAndSensorFollowEachMotion)
   EXPECT_LT((*away.T_target_source * away.reference - shift - *plain.T_target_source * plain.reference).norm(), 1e-4);
 }
 
+TEST_F(VariedPair, FarOriginsLeaveThePointsTheirDigits)
+{
+  Variation variation;
+  const PairInput plain = loadPair(request(variation));
+  variation.origin_offset_m = 1e6;
+  const PairInput away = loadPair(request(variation));
+  for (const auto& [far, near] : {std::pair{&away.source, &plain.source}, std::pair{&away.target, &plain.target}}) {
+    EXPECT_NEAR(far->offset.norm(), 1e6, 1e-6);
+    EXPECT_FALSE(far->viewpoint);
+    for (std::size_t i = 0; i < near->points->size(); ++i)
+      EXPECT_EQ((*far->points)[i].getVector3fMap(), (*near->points)[i].getVector3fMap());
+  }
+  EXPECT_NEAR(away.reference.norm(), 1e6, 1e-6);
+  for (std::size_t i = 0; i < away.source.points->size(); ++i) {
+    const Eigen::Vector3d p = away.source.offset + (*away.source.points)[i].getVector3fMap().cast<double>();
+    const Eigen::Vector3d q = away.target.offset + (*away.target.points)[i].getVector3fMap().cast<double>();
+    EXPECT_LT((*away.T_target_source * p - q).norm(), 1e-4);
+  }
+}
+
 TEST_F(VariedPair, AnotherScanIsLaidIntoTheTarget)
 {
   Variation variation;

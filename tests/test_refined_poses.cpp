@@ -154,6 +154,38 @@ TEST(RefinedPoses, AreNeverWorseThanOurs)
   }
 }
 
+TEST(RefinedPoses, AreKeptInTheCoordinatesOfAMap)
+{
+  io::LoadedCloud source = io::loadCloud(std::string(PCL_SSFR_DATA_DIR) + "/apartment_1.pcd");
+  io::LoadedCloud target = io::loadCloud(std::string(PCL_SSFR_DATA_DIR) + "/apartment_0.pcd");
+  Options options = makeOptions(Profile::Default);
+  options.viewpoint_mode = ViewpointMode::Unknown; // the sensors are found in the points, here and there
+  for (const char* method : {"ssfr_icp", "ssfr_gicp"}) {
+    SCOPED_TRACE(method);
+    source.offset = target.offset = Eigen::Vector3d::Zero();
+    const Result here = runMethod(method, source, target, options, std::nullopt).result;
+    EXPECT_EQ(here.message.find("the pose is that of ssfr"), std::string::npos) << here.message;
+    source.offset << 691234, 5338000, 512;
+    target.offset << 691230, 5338007, 511;
+    const Result there = runMethod(method, source, target, options, std::nullopt).result;
+    EXPECT_EQ(there.message, here.message);
+    const Eigen::Isometry3d T =
+        Eigen::Translation3d(-target.offset) * there.T_target_source * Eigen::Translation3d(source.offset);
+    EXPECT_THAT(T, IsPoseNear(here.T_target_source, 1e-4 * kDegree, 1e-5));
+  }
+}
+
+TEST(RefinedPoses, DistancesAreMeasuredWithinTheSource)
+{
+  io::LoadedCloud source = loaded(Eigen::Matrix3Xf::Random(3, 500));
+  source.offset << 691234, 5338000, 512;
+  Result result;
+  EXPECT_LT((referencePoint(source, result) - source.offset).norm(), 1); // in the middle of its points
+  result.source_viewpoint_used = true;
+  result.source_viewpoint << 691236, 5338001, 514;
+  EXPECT_EQ(referencePoint(source, result), result.source_viewpoint);
+}
+
 TEST(RefinedPoses, ARefinerThatReachesTooFarIsNotFollowed)
 {
   // Correspondences over metres drag ICP away from any pose where scans share a part only.

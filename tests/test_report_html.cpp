@@ -205,6 +205,22 @@ TEST(ReportJson, largeRunsListWhatFailedFirst)
   EXPECT_EQ(json["groups"][0]["success"][0], kReportRows + 500);
 }
 
+TEST(ReportJson, sweepsGoAlongVariationsThatHaveAllElseInCommon)
+{
+  MadeUpRun run;
+  run.resolutions = {0.1, 0.2};
+  run.also_mirrored = true;
+  const Json variations = reportJson(makeUpResults(run), {})["variations"];
+  ASSERT_EQ(variations.size(), 4U);
+  for (const Json& a : variations)
+    for (const Json& b : variations) {
+      const auto isMirrored = [](const Json& v) {
+        return v["text"].get<std::string>().find("mirrored") != std::string::npos;
+      };
+      EXPECT_EQ(a["rest"] == b["rest"], isMirrored(a) == isMirrored(b)) << a << b;
+    }
+}
+
 TEST(ReportJson, theStageThatLostTheTruthIsTheLastColumn)
 {
   BenchmarkResults results = makeUpResults(MadeUpRun());

@@ -203,6 +203,24 @@ TEST(SimulateOptions, errorsNameOptionAndValue)
   EXPECT_THAT(usageError({"--print-sensor", "lidar"}), HasSubstr("'lidar'"));
 }
 
+TEST(SimulateOptions, picturesLieOutsideOfTheDataset)
+{
+  const TemporaryFolder folder;
+  const std::string out = folder.file("flat");
+  const auto error = [](const std::string& dataset, const std::string& pictures) {
+    return usageError({"--scene", "hall", "--out", dataset, "--pictures", pictures});
+  };
+  for (const char* inside : {"", "/", "/pictures", "/a/b/", "/../flat/./pictures"})
+    EXPECT_THAT(error(out, out + inside), AllOf(StartsWith("--pictures: '"), HasSubstr("lies in --out"))) << inside;
+  EXPECT_THAT(error(out + "/", out + "/pictures"), HasSubstr("lies in --out"));
+  for (const char* outside : {"_pictures", "/../pictures", "/pictures/../../other"})
+    EXPECT_EQ(error(out, out + outside), "no error") << outside;
+  EXPECT_EQ(error(out + "/below", out), "no error");
+  fs::create_directory(out);
+  fs::create_directory_symlink(out, folder.file("link"));
+  EXPECT_THAT(error(out, folder.file("link/pictures")), HasSubstr("lies in --out"));
+}
+
 TEST(SimulateOptions, helpNamesEveryOption)
 {
   const std::string help = simulateHelp();
@@ -368,6 +386,7 @@ TEST_F(Program, everyErrorIsOneLineAndLeavesNothing)
       {"--scene basic_model --overwrite --out " + files, 3, "not replaced"},
       {"--scene basic_model --out /proc/set", 3, "/proc/set"},
       {"--scene basic_model --pictures /proc/set", 3, "/proc/set"},
+      {"--scene basic_model" + out + " --pictures " + folder_.file("set/pictures"), 2, "--pictures"},
   };
   for (const Case& c : cases) {
     const Outcome result = run(c.arguments);

@@ -15,13 +15,12 @@
 namespace pcl_ssfr {
 namespace apps {
 
-namespace {
-
 std::string
 subtitleAfter(const Report& report)
 {
   const Result& result = report.run.result;
   const double angle = Eigen::AngleAxisd(result.T_target_source.linear()).angle() * kDegreesPerRadian;
+  const double moved = (result.T_target_source * report.reference - report.reference).norm();
   std::array<char, 200> text{};
   if (report.run.judged)
     std::snprintf(text.data(),
@@ -29,7 +28,7 @@ subtitleAfter(const Report& report)
                   "%s: rotated by %.1f\u00b0, moved by %.2f m, overlap %.0f %%, confidence %.2f, %.2f s",
                   report.method.c_str(),
                   angle,
-                  result.T_target_source.translation().norm(),
+                  moved,
                   100 * result.overlap,
                   result.confidence,
                   report.run.seconds);
@@ -39,13 +38,11 @@ subtitleAfter(const Report& report)
                   "%s: rotated by %.1f\u00b0, moved by %.2f m, overlap %.0f %%, %.2f s",
                   report.method.c_str(),
                   angle,
-                  result.T_target_source.translation().norm(),
+                  moved,
                   100 * result.overlap,
                   report.run.seconds);
   return text.data();
 }
-
-} // namespace
 
 void
 drawPair(const std::string& folder,

@@ -10,6 +10,10 @@
 namespace pcl_ssfr {
 namespace apps {
 
+/// The line below the title of after.png: how the source was moved, at Report::reference, and how sure that is.
+std::string
+subtitleAfter(const Report& report);
+
 /** \brief Draw before.png and after.png: both scans in the frame of the target, from above and from the side, to scale.
  *
  * Before, the source lies as its file says; after, as the result says (the best pose considered when none was accepted,

@@ -35,6 +35,7 @@ align(const apps::AlignArguments& arguments, const io::LoadedCloud& source, cons
   report.options = arguments.options;
   report.guess = guess;
   report.run = apps::runMethod(arguments.method, source, target, arguments.options, guess);
+  report.reference = apps::referencePoint(source, report.run.result);
   report.peak_rss_mib = apps::peakRssMib();
   return report;
 }

@@ -5,6 +5,7 @@
 
 #include <pcl_ssfr/version.h>
 
+#include <apps/common/utf8_text.h>
 #include <apps/io/file_bytes.h>
 #include <apps/pairs/pair_list.h>
 #include <apps/pairs/result_row.h>
@@ -219,25 +220,6 @@ planPairs(const BenchmarkArguments& arguments, BenchmarkPlan& plan)
     throw UsageError("--every, --pairs, --pairs-from and --merge-target leave no pair");
 }
 
-/// Read the folders. Where several give themselves the same name, those go by the names of their folders.
-void
-readDatasets(const std::vector<std::string>& paths, BenchmarkPlan& plan)
-{
-  namespace fs = std::filesystem;
-  std::map<std::string, std::size_t> uses;
-  for (const std::string& path : paths) {
-    plan.datasets.push_back(io::readDatasetFolder(path));
-    ++uses[plan.datasets.back().name];
-  }
-  for (io::DatasetFolder& dataset : plan.datasets) {
-    if (uses[dataset.name] > 1)
-      dataset.name = fs::weakly_canonical(dataset.path).filename().string();
-    if (plan.settings["datasets"].contains(dataset.name))
-      throw UsageError("--dataset: " + dataset.path + " has the same name as another, " + io::inQuotes(dataset.name));
-    plan.settings["datasets"][dataset.name] = datasetSettings(dataset);
-  }
-}
-
 } // namespace
 
 std::string
@@ -245,6 +227,26 @@ BenchmarkPlan::rowKeyOf(const PlannedPair& planned, const std::string& method) c
 {
   return rowKey(
       datasets[planned.dataset].name, planned.target_dataset, planned.pair, planned.request.variation, method);
+}
+
+std::vector<io::DatasetFolder>
+readDatasets(const std::vector<std::string>& paths)
+{
+  std::vector<io::DatasetFolder> datasets;
+  std::map<std::string, std::size_t> uses;
+  for (const std::string& path : paths) {
+    datasets.push_back(io::readDatasetFolder(path));
+    ++uses[datasets.back().name];
+  }
+  std::set<std::string> names;
+  for (io::DatasetFolder& dataset : datasets) {
+    if (uses[dataset.name] > 1)
+      dataset.name = std::filesystem::weakly_canonical(dataset.path).filename().string();
+    dataset.name = validUtf8(dataset.name);
+    if (!names.insert(dataset.name).second)
+      throw UsageError("--dataset: " + dataset.path + " has the same name as another, " + io::inQuotes(dataset.name));
+  }
+  return datasets;
 }
 
 BenchmarkPlan
@@ -276,7 +278,9 @@ makePlan(const BenchmarkArguments& arguments)
   plan.settings["parameters"] = toJson(plan.run.rule);
   plan.settings["datasets"] = Json::object();
   plan.settings["external"] = Json::object();
-  readDatasets(arguments.datasets, plan);
+  plan.datasets = readDatasets(arguments.datasets);
+  for (const io::DatasetFolder& dataset : plan.datasets)
+    plan.settings["datasets"][dataset.name] = datasetSettings(dataset);
   for (const BenchmarkMethod& method : plan.methods)
     if (!method.words.empty())
       plan.settings["external"][method.name] = method.command;

@@ -46,6 +46,13 @@ private:
   rowKeyOf(const PlannedPair& planned, const std::string& method) const;
 };
 
+/** \brief Read dataset folders and name them as their results are named: where several give themselves the same name,
+ * those go by the names of their folders; in UTF-8.
+ * \throw UsageError when two have the same name all the same, io::IoError
+ */
+std::vector<io::DatasetFolder>
+readDatasets(const std::vector<std::string>& paths);
+
 /** \brief Read and check everything that the arguments name.
  * \throw UsageError, io::IoError
  */

@@ -294,6 +294,18 @@ report(const BenchmarkArguments& arguments, const BenchmarkPlan& plan, const Res
   writeReports(arguments, results, plan.datasets);
 }
 
+/// Name the datasets of which the folder holds no result: the report will have no pictures of them.
+void
+warnOfUnused(const std::vector<io::DatasetFolder>& datasets, const ResultsStore& store, const std::string& folder)
+{
+  for (const io::DatasetFolder& dataset : datasets)
+    if (std::none_of(store.rows().begin(), store.rows().end(), [&dataset](const ResultRow& row) {
+          return row.dataset == dataset.name;
+        }))
+      std::cerr << "ssfr_benchmark: warning: --dataset " << dataset.path << ": " << folder << " holds no result of "
+                << io::inQuotes(dataset.name) << '\n';
+}
+
 /// Nothing is run; the settings of the folder stay as they are.
 int
 reportOnly(const BenchmarkArguments& arguments)
@@ -302,10 +314,9 @@ reportOnly(const BenchmarkArguments& arguments)
   const auto settings = nlohmann::ordered_json::parse(io::readFile(path), nullptr, false);
   if (!settings.is_object())
     throw io::IoError(path + ": is not a JSON object");
-  std::vector<io::DatasetFolder> datasets;
-  for (const std::string& folder : arguments.datasets)
-    datasets.push_back(io::readDatasetFolder(folder));
+  const std::vector<io::DatasetFolder> datasets = readDatasets(arguments.datasets);
   const ResultsStore store(arguments.out, settings, true);
+  warnOfUnused(datasets, store, arguments.out);
   BenchmarkResults results = summarize(datasets, store);
   readLastRun(arguments.out, results);
   writeReports(arguments, results, datasets);

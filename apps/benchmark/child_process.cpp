@@ -31,6 +31,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr std::size_t kKeptOutput = 1U << 20; ///< bytes of standard output; a result is its last line
 constexpr std::size_t kKeptErrors = 1U << 12;
+constexpr std::size_t kTakenAtOnce = 1U << 20; ///< bytes between looks at the time limits
 constexpr int kPollMilliseconds = 20;
 constexpr double kCpuPollSeconds = 0.1; ///< between looks at the processor time
 constexpr int kMaxDepth = 100;          ///< of a tree of processes
@@ -178,21 +179,23 @@ cpuSecondsOf(pid_t process, int depth = 0)
   return seconds;
 }
 
-/// Read what is there; false at the end of the file.
+/// Read what is there, a part of it where more comes all the time; false at the end of the file.
 bool
 drain(int descriptor, std::string& text, std::size_t kept)
 {
   std::array<char, 1U << 16> buffer{};
-  for (;;) {
+  for (std::size_t taken = 0; taken < kTakenAtOnce;) {
     const ssize_t got = read(descriptor, buffer.data(), buffer.size());
     if (got == 0)
       return false;
     if (got < 0)
       return errno == EAGAIN || errno == EINTR;
+    taken += static_cast<std::size_t>(got);
     text.append(buffer.data(), static_cast<std::size_t>(got));
     if (text.size() > 2 * kept)
       text.erase(0, text.size() - kept);
   }
+  return true;
 }
 
 /// One run of a child.

@@ -6,7 +6,10 @@
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
+#include <sstream>
 #include <stdexcept>
+#include <string>
 #include <thread>
 
 namespace pcl_ssfr {
@@ -17,14 +20,26 @@ namespace {
 namespace fs = std::filesystem;
 using std::chrono::milliseconds;
 
+constexpr std::size_t kLongestHeader = 1U << 12; ///< of a PCD file that is not written again [bytes]
 constexpr milliseconds kNoWait(0);
 constexpr milliseconds kStopTick(20);
 constexpr milliseconds kStopGrace(1000); ///< who ends all processes of a run does not reach all of them at once
 
+/// Whether a file is a PCD file that every reader of binary ones takes: neither text nor compressed.
 bool
-isPcd(const std::string& path)
+isBinaryPcd(const std::string& path)
 {
-  return fs::path(path).extension() == ".pcd";
+  if (fs::path(path).extension() != ".pcd")
+    return false;
+  std::ifstream file(path, std::ios::binary);
+  std::string header(kLongestHeader, '\0');
+  file.read(header.data(), static_cast<std::streamsize>(header.size()));
+  header.resize(static_cast<std::size_t>(file.gcount()));
+  std::istringstream lines(header);
+  for (std::string line; std::getline(lines, line);)
+    if (line.rfind("DATA", 0) == 0)
+      return line == "DATA binary";
+  return false;
 }
 
 /// Whether the scans that methods get are others than those of the files.
@@ -102,7 +117,7 @@ PairRunner::files()
   if (!files_) {
     const PairRequest& request = pair_.request;
     Files files{request.source, request.target};
-    if (isVaried(request.variation) || !isPcd(files.source) || !isPcd(files.target)) {
+    if (isVaried(request.variation) || !isBinaryPcd(files.source) || !isBinaryPcd(files.target)) {
       if (folder_.empty())
         folder_ = makeTemporaryFolder();
       files = {folder_ + "/source.pcd", folder_ + "/target.pcd"};

@@ -3,6 +3,7 @@
 
 #include <apps/benchmark/report_html.h>
 
+#include <apps/common/utf8_text.h>
 #include <apps/io/file_bytes.h>
 
 #include <algorithm>
@@ -169,6 +170,14 @@ groupRows(const std::vector<ResultRow>& rows)
   return groups;
 }
 
+/// A variation but for the settings that the chart of a sweep goes along: points of one line have all else in common.
+Variation
+restOf(Variation variation)
+{
+  variation.resolution_m = variation.noise_m = variation.outliers = variation.overlap = 0;
+  return variation;
+}
+
 Json
 groupJson(const MethodSummary& s,
           const std::vector<const ResultRow*>& rows,
@@ -236,10 +245,7 @@ shortened(const std::string& text)
 {
   if (text.size() <= kLongestMessage)
     return text;
-  std::size_t end = kLongestMessage;
-  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xc0U) == 0x80U)
-    --end;
-  return text.substr(0, end) + " ...";
+  return std::string(utf8Prefix(text, kLongestMessage)) + " ...";
 }
 
 /** \brief Poses as they are drawn: of the source's points as they are in the file, between the middles of the scans. */
@@ -357,7 +363,8 @@ reportJson(const BenchmarkResults& results, const ReportPictures& pictures)
                                   {"resolution", variation.resolution_m},
                                   {"noise", variation.noise_m},
                                   {"outliers", variation.outliers},
-                                  {"overlap", variation.overlap}});
+                                  {"overlap", variation.overlap},
+                                  {"rest", describeVariation(restOf(variation))}});
 
   const std::vector<double> degree_bounds = thresholds(kLowDegrees, kHighDegrees);
   const std::vector<double> metre_bounds = thresholds(kLowMetres, kHighMetres);

@@ -42,6 +42,18 @@ defaultOf(const std::string& key)
   return key == "cpu_timeout_s" ? Json(0.0) : Json();
 }
 
+/// The name under which a folder holds a dataset that is now called otherwise: one of the same pairs that is not among
+/// those of \p now; empty: it holds none.
+std::string
+otherName(const Json& before, const Json& now, const std::string& name)
+{
+  const auto pairsOf = [](const Json& dataset) { return dataset.value("pairs_checksum", ""); };
+  for (const auto& [other, value] : before.items())
+    if (!now.contains(other) && !pairsOf(value).empty() && pairsOf(value) == pairsOf(now[name]))
+      return other;
+  return {};
+}
+
 std::string
 systemMessage()
 {
@@ -158,15 +170,19 @@ ResultsStore::checkSettings(const Json& settings, bool resume)
         compare(key, before, now);
         continue;
       }
-      for (const auto& [entry, value] : now.items())
+      for (const auto& [entry, value] : now.items()) {
         if (before.contains(entry))
           compare(std::string(key).append(".").append(entry), before[entry], value);
+        else if (const std::string other = key == "datasets" ? otherName(before, now, entry) : ""; !other.empty())
+          throw IoError(path + ": dataset " + io::inQuotes(entry) + " is in this folder as " + io::inQuotes(other) +
+                        ": its pairs are not run again under another name, choose another --out");
+      }
       if (before.is_object())
         for (const auto& [entry, value] : before.items())
           settings_[key][entry] = value;
     }
   }
-  replaceFile(path, settings_.dump(2) + "\n");
+  replaceFile(path, settings_.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
 }
 
 void

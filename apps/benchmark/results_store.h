@@ -24,7 +24,8 @@ class ResultsStore {
 public:
   /** \brief Open or create the folder.
    * \param[in] settings an object whose values must be those of the results that the folder holds; of "datasets" and
-   * "external", only the entries that both have are compared
+   * "external", only the entries that both have are compared; a dataset that the folder holds under another name is
+   * refused
    * \param[in] resume keep what is there; false: the folder must hold no results yet
    * \param[in] candidates write candidates.csv
    * \throw io::IoError when the folder is in use, holds results of other settings, or cannot be written

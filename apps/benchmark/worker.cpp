@@ -5,6 +5,7 @@
 
 #include <apps/benchmark/lost_stage.h>
 #include <apps/common/json_values.h>
+#include <apps/common/utf8_text.h>
 #include <apps/io/pcd_format.h>
 
 #include <array>
@@ -15,6 +16,7 @@
 #include <iterator>
 #include <new>
 #include <stdexcept>
+#include <string_view>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -25,10 +27,12 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double kLoadingLimit = 600;       ///< of reading and varying a pair [s]
-constexpr double kWatcherMargin = 10;       ///< that the watcher of an external program has after its time limit [s]
-constexpr double kWatcherGrace = 3;         ///< that it has to end the program when it is asked to [s]
-constexpr std::size_t kMessageLength = 200; ///< of what a failed program said
+constexpr double kLoadingLimit = 600;          ///< of reading and varying a pair [s]
+constexpr double kWatcherMargin = 10;          ///< that the watcher of an external program has after its time limit [s]
+constexpr double kWatcherGrace = 3;            ///< that it has to end the program when it is asked to [s]
+constexpr std::size_t kMessageLength = 200;    ///< of what a failed program said [bytes]
+constexpr std::size_t kLongestText = 1U << 12; ///< of the message in the result of an external program [bytes]
+constexpr const char* kPoseKeys[] = {"T_target_source", "T"}; ///< of the result of an external program
 
 std::atomic<int> stop_requested{0}; // set by the signal handler of a watcher
 
@@ -44,7 +48,7 @@ lastLine(const std::string& text)
     return {};
   const std::size_t before = text.find_last_of('\n', end);
   const std::size_t begin = before == std::string::npos ? 0 : before + 1;
-  return text.substr(begin, std::min(kMessageLength, end + 1 - begin));
+  return std::string(utf8Prefix(std::string_view(text).substr(begin, end + 1 - begin), kMessageLength));
 }
 
 /// The last line that is a JSON object; of an event, when one is named.
@@ -55,8 +59,9 @@ lastObject(const std::string& output, const char* event = nullptr)
   while (end > 0) {
     const std::size_t before = output.find_last_of('\n', end - 1);
     const std::size_t begin = before == std::string::npos ? 0 : before + 1;
-    if (begin < end) {
-      Json json = Json::parse(output.substr(begin, end - begin), nullptr, false);
+    const std::string line = output.substr(begin, end - begin);
+    if (line.find('{') != std::string::npos) {
+      Json json = Json::parse(line, nullptr, false);
       if (json.is_object() && (!event || json.value("event", "") == event))
         return json;
     }
@@ -80,7 +85,7 @@ askWorker(const Json& request, double time_limit, double cpu_limit, unsigned thr
 {
   ChildRequest child;
   child.command = {ownProgram(), kWorkerOption};
-  child.input = request.dump(-1, ' ', false, Json::error_handler_t::replace);
+  Json::to_cbor(request, child.input); // unlike text, it keeps the bytes of paths that are no UTF-8
   child.time_limit = time_limit;
   child.cpu_limit = cpu_limit;
   child.loading_limit = kLoadingLimit;
@@ -119,7 +124,8 @@ askSurely(const Json& request, const char* what, const std::atomic<int>& stop)
 {
   const ChildOutcome outcome = askWorker(request, kLoadingLimit, 0, 1, stop);
   Json reply = lastObject(outcome.output);
-  const bool answered = outcome.end == ChildOutcome::End::Exited && reply.value("event", "") == "done";
+  const bool answered =
+      reply.is_object() && outcome.end == ChildOutcome::End::Exited && reply.value("event", "") == "done";
   if (!answered || reply.contains("error"))
     throw std::runtime_error(std::string(what) + ": " +
                              (answered ? reply["error"].get<std::string>() : describeEnd(outcome)));
@@ -327,6 +333,23 @@ onSignal(int signal)
   stop_requested = signal;
 }
 
+/// What is read of the last line of a program that is a JSON object; null: there is none. The rest may be of any
+/// length.
+Json
+readResult(const std::string& output)
+{
+  const Json line = lastObject(output);
+  if (!line.is_object())
+    return {};
+  Json result = Json::object();
+  for (const char* key : {kPoseKeys[0], kPoseKeys[1], "time_s", "overlap", "confidence", "converged", "message"})
+    if (line.contains(key))
+      result[key] = line[key];
+  if (result.contains("message") && result["message"].is_string())
+    result["message"] = utf8Prefix(result["message"].get_ref<const std::string&>(), kLongestText);
+  return result;
+}
+
 /// Watch an external program: its time, its memory, and that nothing of it stays behind.
 Json
 answerExternal(const Json& request, const Reply& reply)
@@ -344,7 +367,8 @@ answerExternal(const Json& request, const Reply& reply)
   return {{"event", "done"},
           {"end", static_cast<int>(outcome.end)},
           {"code", outcome.code},
-          {"output", outcome.output},
+          {"result", readResult(outcome.output)},
+          {"last_line", lastLine(outcome.output)},
           {"errors", outcome.errors},
           {"seconds", outcome.seconds},
           {"cpu_s", outcome.cpu_seconds},
@@ -505,12 +529,12 @@ askExternal(const BenchmarkMethod& method,
                   {"threads", settings.threads}};
   const ChildOutcome watcher = askWorker(json, settings.timeout + kWatcherMargin, 0, settings.threads, stop);
   const Json reply = lastObject(watcher.output);
-  if (watcher.end != ChildOutcome::End::Exited || reply.value("event", "") != "done" || reply.contains("error"))
+  if (!reply.is_object() || watcher.end != ChildOutcome::End::Exited || reply.value("event", "") != "done" ||
+      reply.contains("error"))
     return brokenAnswer(watcher, settings);
   ChildOutcome outcome;
   outcome.end = static_cast<ChildOutcome::End>(reply.at("end").get<int>());
   outcome.code = reply.at("code").get<int>();
-  outcome.output = reply.at("output").get<std::string>();
   outcome.errors = reply.at("errors").get<std::string>();
   outcome.seconds = reply.at("seconds").get<double>();
   outcome.cpu_seconds = reply.at("cpu_s").get<double>();
@@ -521,13 +545,13 @@ askExternal(const BenchmarkMethod& method,
     answer.message = io::inQuotes(words.empty() ? "" : words.front()) + " " + answer.message;
   if (outcome.end != ChildOutcome::End::Exited)
     return answer;
-  const Json result = lastObject(outcome.output);
-  const char* key = result.contains("T_target_source") ? "T_target_source" : "T";
+  const Json& result = reply.at("result");
+  const char* key = result.contains(kPoseKeys[0]) ? kPoseKeys[0] : kPoseKeys[1];
   if (outcome.code != 0 && !result.contains(key))
     return answer;
   answer.status = "bad_output";
   if (!result.contains(key)) {
-    const std::string said = lastLine(outcome.output);
+    const auto said = reply.at("last_line").get<std::string>();
     answer.message = "no JSON line with T or T_target_source on its standard output" +
                      (said.empty() ? std::string() : "; the last line is " + io::inQuotes(said));
     return answer;
@@ -557,7 +581,7 @@ runWorker()
   Json json{{"event", "done"}};
   try {
     const std::string text{std::istreambuf_iterator<char>(std::cin), std::istreambuf_iterator<char>()};
-    json = answer(Json::parse(text), reply);
+    json = answer(Json::from_cbor(text), reply);
   }
   catch (const std::bad_alloc&) {
     json["status"] = "out_of_memory";

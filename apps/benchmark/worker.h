@@ -88,7 +88,8 @@ askExternal(const BenchmarkMethod& method,
             const RunSettings& settings,
             const std::atomic<int>& stop);
 
-/// The option that makes this program such a process: it reads one request from its standard input and answers it.
+/// The option that makes this program such a process: it reads one request (CBOR) from its standard input and answers
+/// it in lines of JSON.
 constexpr const char* kWorkerOption = "--worker";
 
 /// The work of that process; the exit code of the program.

@@ -3,6 +3,8 @@
 
 #include <apps/io/csv_line.h>
 
+#include <apps/common/utf8_text.h>
+
 namespace pcl_ssfr {
 namespace io {
 
@@ -67,7 +69,7 @@ csvField(std::string_view text)
 {
   std::string clean;
   bool quote = !text.empty() && text.front() == '#'; // at the begin of a line it would be a comment
-  for (const char c : text) {
+  for (const char c : apps::validUtf8(text)) {
     clean += isControl(c) ? ' ' : c;
     quote = quote || c == ',' || c == '"';
   }

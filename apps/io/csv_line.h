@@ -20,7 +20,8 @@ splitCsvLine(std::string_view line);
 bool
 isControl(char letter);
 
-/// \p text as one field: quoted when it must be, with every line end and other control character as a blank.
+/// \p text as one field: quoted when it must be, with every line end and other control character as a blank, and in
+/// UTF-8: U+FFFD in place of what is not.
 std::string
 csvField(std::string_view text);
 

@@ -70,7 +70,7 @@ parseViewpoint(const std::string& text)
   throw UsageError("--viewpoint: " + io::inQuotes(text) + " is not auto, sensor, unknown or unused");
 }
 
-/// The profile that --method and --profile ask for together.
+/// The profile that --method and --profile ask for together. \param[in,out] method one of methods()
 Profile
 chooseProfile(const po::variables_map& values, std::string& method)
 {
@@ -82,6 +82,8 @@ chooseProfile(const po::variables_map& values, std::string& method)
   const Profile profile = name == "default" ? Profile::Default : Profile::Paper2017;
   if (profile == Profile::Default && method == kPaperMethod)
     throw UsageError("--profile default contradicts --method ssfr_paper2017");
+  if (profile == Profile::Paper2017 && findMethod(method)->kind == MethodKind::SsfrRefined)
+    throw UsageError("--profile paper2017 contradicts --method " + method);
   if (profile == Profile::Paper2017 && method == kDefaultMethod)
     method = kPaperMethod;
   return profile;

@@ -5,6 +5,7 @@
 
 #include "judgement/overlap.h"
 #include "preparation/neighbor_index.h"
+#include "preparation/thinning.h"
 
 #include <pcl_ssfr/pipeline.h>
 #include <pcl_ssfr/scan_view.h>
@@ -118,6 +119,15 @@ toIsometry(const Eigen::Matrix4f& matrix)
   return T;
 }
 
+/// A place within a scan, in file coordinates [m]: its sensor where that is known, else the middle of its points.
+Eigen::Vector3d
+placeIn(const io::LoadedCloud& cloud, bool knows_sensor, const Eigen::Vector3d& sensor)
+{
+  if (knows_sensor)
+    return sensor;
+  return cloud.offset + measureExtent(viewOf(cloud)).median;
+}
+
 /// The scans of a method of PCL, and where they lie.
 struct PreparedPair {
   MethodInput input;
@@ -125,7 +135,8 @@ struct PreparedPair {
   Eigen::Vector3d target_origin;
 };
 
-/// Thin both scans by the rule and give them normals where the method needs them.
+/// Thin both scans by the rule and give them normals where the method needs them: after ssfr, those of planes, which
+/// face the sensors that it found.
 PreparedPair
 preparePair(const std::string& name,
             const io::LoadedCloud& source,
@@ -174,8 +185,10 @@ preparePair(const std::string& name,
     const auto keep = [&](Cloud::Ptr& cloud, const Eigen::Vector3d& sensor) {
       cloud = planarPoints(*cloud, sensor, radius, thickness, input.threads);
     };
-    keep(input.source, source_view.viewpoint - pair.source_origin);
-    keep(input.target, target_view.viewpoint - pair.target_origin);
+    const Eigen::Vector3d source_sensor = placeIn(source, ssfr->source_viewpoint_used, ssfr->source_viewpoint);
+    const Eigen::Vector3d target_sensor = placeIn(target, ssfr->target_viewpoint_used, ssfr->target_viewpoint);
+    keep(input.source, source_sensor - source.offset - pair.source_origin);
+    keep(input.target, target_sensor - target.offset - pair.target_origin);
     input.is_planar = true;
     result.stages.push_back({"planar points", secondsSince(clock), before, size()});
   }
@@ -302,7 +315,7 @@ runSsfrRefined(const Method& method,
   const auto clock = std::chrono::steady_clock::now();
   const Candidate ours = scored(ssfr, options, result.T_target_source);
   Candidate moved = scored(ssfr, options, refined.T_target_source);
-  const Eigen::Vector3d sensor = source.offset + viewOf(source).viewpoint;
+  const Eigen::Vector3d sensor = referencePoint(source, result);
   const double walked = (refined.T_target_source * sensor - result.T_target_source * sensor).norm();
   seconds += secondsSince(clock);
   if (!isNoWorse(moved, ours) || walked > refined.correspondence_distance) {
@@ -348,6 +361,12 @@ runMethod(const std::string& name,
     run.judged = false;
   }
   return run;
+}
+
+Eigen::Vector3d
+referencePoint(const io::LoadedCloud& source, const Result& result)
+{
+  return placeIn(source, result.source_viewpoint_used, result.source_viewpoint);
 }
 
 } // namespace apps

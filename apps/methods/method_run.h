@@ -47,5 +47,10 @@ runMethod(const std::string& name,
           const std::optional<Eigen::Isometry3d>& guess,
           const MethodSettings& settings = {});
 
+/// Where distances between poses of a source are measured, in its file coordinates [m]: at its sensor, where the result
+/// knows that, else in the middle of its points. At the origin of a map, a small rotation would be kilometres.
+Eigen::Vector3d
+referencePoint(const io::LoadedCloud& source, const Result& result);
+
 } // namespace apps
 } // namespace pcl_ssfr

@@ -78,8 +78,9 @@ describePose(const Eigen::Isometry3d& T)
 }
 
 std::string
-describeAlternatives(const Result& result)
+describeAlternatives(const Report& report)
 {
+  const Result& result = report.run.result;
   if (result.candidates.size() < 2)
     return {};
   const Candidate& best = result.candidates.front();
@@ -93,7 +94,7 @@ describeAlternatives(const Result& result)
                    100 * other.overlap,
                    100 * other.contradiction,
                    angleDegrees(apart.linear()),
-                   (other.T_target_source.translation() - best.T_target_source.translation()).norm(),
+                   (other.T_target_source * report.reference - best.T_target_source * report.reference).norm(),
                    other.from_guess ? " (the guess)" : "");
   }
   if (result.candidates.size() > kAlternatives + 1)
@@ -266,7 +267,7 @@ toText(const Report& report)
     text += "  " + result.message + "\n";
   if (report.run.judged)
     text += "  sensor       " + describeSensors(result) + "\n";
-  return text + "\n" + describeAlternatives(result) + describeUnobservable(result) + describeTimes(report);
+  return text + "\n" + describeAlternatives(report) + describeUnobservable(result) + describeTimes(report);
 }
 
 } // namespace apps

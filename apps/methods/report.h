@@ -23,6 +23,8 @@ struct Report {
   double peak_rss_mib = 0;                ///< [MiB]
   Options options;                        ///< that it was run with
   std::optional<Eigen::Isometry3d> guess; ///< in file coordinates
+  /// Where distances between poses are measured, see referencePoint() [m].
+  Eigen::Vector3d reference = Eigen::Vector3d::Zero();
 };
 
 /// Largest resident memory of this process so far [MiB].

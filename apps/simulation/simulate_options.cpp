@@ -149,8 +149,8 @@ describeOptions()
   output.add_options()("out", text("DIR"), "the dataset folder; written completely or not at all")(
       "pairs", text("RULE"), "pairs in pairs.csv: consecutive, all, or N: scans up to N apart (default: consecutive)")(
       "overwrite", "replace an existing dataset when the new one is complete")(
-      "pictures", text("DIR"), "draw the scene and the places of the scans into DIR")("quiet",
-                                                                                      "no progress and no summary");
+      "pictures", text("DIR"), "draw the scene and the places of the scans into DIR, which is not in that of --out")(
+      "quiet", "no progress and no summary");
 
   po::options_description general("General", kHelpWidth);
   add_number(general, "threads", "0");
@@ -323,6 +323,23 @@ choosePlan(const Values& values)
   return plan;
 }
 
+/// An absolute path with links followed and no slash at its end; empty where that fails.
+std::filesystem::path
+resolved(const std::string& folder)
+{
+  std::error_code error;
+  const std::filesystem::path absolute = std::filesystem::absolute(folder, error);
+  const std::filesystem::path path = std::filesystem::weakly_canonical(absolute, error);
+  return path.has_filename() ? path : path.parent_path();
+}
+
+/// Whether \p folder is \p other or lies below it.
+bool
+isWithin(const std::filesystem::path& folder, const std::filesystem::path& other)
+{
+  return !other.empty() && std::mismatch(other.begin(), other.end(), folder.begin(), folder.end()).first == other.end();
+}
+
 } // namespace
 
 SimulateArguments
@@ -346,6 +363,9 @@ parseSimulateArguments(const std::vector<std::string>& arguments)
   result.pictures = values.text("pictures");
   if (result.out.empty() && result.pictures.empty())
     throw UsageError("--out is missing");
+  if (!result.out.empty() && !result.pictures.empty() && isWithin(resolved(result.pictures), resolved(result.out)))
+    throw UsageError("--pictures: " + io::inQuotes(result.pictures) +
+                     " lies in --out, which holds a dataset and nothing else; take another folder");
   result.overwrite = values.has("overwrite");
   result.quiet = values.has("quiet");
   values.number("threads", result.threads);

@@ -18,7 +18,7 @@ struct SimulateArguments {
   bool list = false;        ///< print scenes, sensors and sets and stop; nothing else is set
   std::string print_sensor; ///< print this sensor as JSON and stop; empty: no
   std::string out;          ///< folder of the dataset; empty: none, only pictures
-  std::string pictures;     ///< folder for a picture of the scene; empty: none
+  std::string pictures;     ///< folder for a picture of the scene, not in that of the dataset; empty: none
   bool overwrite = false;
   bool quiet = false;
   unsigned threads = 0; ///< 0: all

@@ -181,6 +181,7 @@ ViewModel::judged(const Eigen::Isometry3d& T_files, const Candidate* known) cons
     pose.candidate.from_guess = known->from_guess;
   }
   pose.candidate.T_target_source = T_files;
+  pose.moved = (T_files * run_.reference - run_.reference).norm();
   if (run_.truth) {
     pose.error = poseError(T_files, *run_.truth, run_.reference);
     pose.right = isWithin(*pose.error, run_.bound);

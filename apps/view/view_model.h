@@ -27,6 +27,7 @@ struct ViewedPose {
   Candidate candidate;            ///< in file coordinates, judged
   std::optional<PoseError> error; ///< to the truth, where it is known
   bool right = false;             ///< within the bound
+  double moved = 0;               ///< by how far it moves the point at which errors are taken [m]
 };
 
 /// What becomes of a piece of surface that is laid into the other scan.

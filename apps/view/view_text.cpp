@@ -30,7 +30,7 @@ describePose(const ViewedPose& pose)
   std::string text =
       formatted("rotated by %.2f deg, moved by %.2f m; matched %.1f %%, contradicted %.2f %%, score %.3f",
                 Eigen::AngleAxisd(c.T_target_source.linear()).angle() * kDegreesPerRadian,
-                c.T_target_source.translation().norm(),
+                pose.moved,
                 100 * c.overlap,
                 100 * c.contradiction,
                 c.score);

@@ -34,6 +34,7 @@ struct MadeUpRun {
   std::vector<std::string> methods{"ssfr", "ssfr_icp", "icp_point_to_plane", "gicp", "ndt", "fpfh_ransac", "fgr"};
   std::vector<double> resolutions{0};
   std::size_t pairs = 20;
+  bool also_mirrored = false; ///< all once more with mirrored sources
   apps::Perturbation perturbation = apps::Perturbation::Rotation;
 };
 
@@ -113,6 +114,13 @@ makeUpRows(const MadeUpRun& run)
             row.confidence = std::clamp((row.success ? 0.8 : 0.4) + 0.15 * random.gaussian(), 0.0, 1.0);
           rows.push_back(row);
         }
+  for (std::size_t i = 0, count = run.also_mirrored ? rows.size() : 0; i < count; ++i) {
+    apps::ResultRow row = rows[i];
+    row.variation.mirror_source = true;
+    row.truth.reset();
+    row.success = false;
+    rows.push_back(row);
+  }
   return rows;
 }
 

@@ -302,9 +302,11 @@ const line = (group, points, more) => Object.assign({
   borderDash: dashOf(group.method), borderWidth: 2, pointRadius: 0, pointHitRadius: 6, pointStyle: markOf(group.method),
   tension: 0}, more);
 
-/// A sweep: a parameter that takes more than one value while the others stay as they are in the variation shown.
+/// A sweep: a parameter that takes more than one value while all else stays as it is in the variation shown.
+const distinct = (values) => new Set(data.variations.map(values)).size;
 const SWEPT = [['resolution', 'resolution [m]'], ['noise', 'noise [m]'], ['outliers', 'share of outliers'],
-               ['overlap', 'overlap limit']].filter(([key]) => new Set(data.variations.map((v) => v[key])).size > 1);
+               ['overlap', 'overlap limit']]
+  .filter(([key]) => distinct((v) => JSON.stringify([v.rest, v[key]])) > distinct((v) => v.rest));
 const SWEEP_MEASURES = {
   success: ['success', (g) => rateOf(g.success)],
   wrong: ['false positives', (g) => rateOf(g.wrong)],
@@ -321,7 +323,8 @@ function sweepPoints(method) {
   const points = [];
   for (const g of data.groups) {
     const v = data.variations[g.variation];
-    if (g.method === method && g.dataset === state.dataset && others.every((key) => v[key] === here[key])) {
+    if (g.method === method && g.dataset === state.dataset && v.rest === here.rest &&
+        others.every((key) => v[key] === here[key])) {
       const y = SWEEP_MEASURES[sweep.measure][1](g);
       if (isNumber(y)) points.push({x: v[sweep.parameter], y});
     }
