@@ -158,7 +158,7 @@ void
 moveOrigins(PairInput& pair, double distance, RandomStream random)
 {
   const auto moveOrigin = [&](io::LoadedCloud& cloud) {
-    const Eigen::Isometry3d motion(Eigen::Translation3d(distance * random.rotation().col(0)));
+    Eigen::Isometry3d motion(Eigen::Translation3d(distance * random.rotation().col(0)));
     if (distance > io::kLargeCoordinate) // as when such coordinates are read: the points keep their digits
       cloud.offset += motion.translation();
     else
