@@ -255,17 +255,17 @@ TEST(AlignOptions, helpNamesEveryOptionAndMethod)
 
 TEST(AlignReport, distancesAreMeasuredAtTheReferencePoint)
 {
-  // Coordinates of a map: turned about the sensor by half a turn and moved by a metre.
+  // Coordinates of a map: half a turn about the sensor, and a metre away.
   const Eigen::Vector3d sensor(691234.5, 5338000.25, 512);
-  const Eigen::Isometry3d turned = Eigen::Translation3d(sensor + Eigen::Vector3d::UnitX()) *
-                                   Eigen::AngleAxisd(M_PI, Eigen::Vector3d::UnitZ()) * Eigen::Translation3d(-sensor);
+  const Eigen::Isometry3d T = Eigen::Translation3d(sensor + Eigen::Vector3d::UnitX()) *
+                              Eigen::AngleAxisd(M_PI, Eigen::Vector3d::UnitZ()) * Eigen::Translation3d(-sensor);
   apps::Report report;
   report.method = "ssfr";
   report.reference = sensor;
   report.run.result.candidates.resize(2);
-  report.run.result.candidates[1].T_target_source = turned;
+  report.run.result.candidates[1].T_target_source = T;
   EXPECT_THAT(apps::toText(report), HasSubstr("180.0 deg and 1.00 m away"));
-  report.run.result.T_target_source = turned;
+  report.run.result.T_target_source = T;
   EXPECT_THAT(apps::subtitleAfter(report), HasSubstr("moved by 1.00 m"));
 }
 

@@ -6,6 +6,7 @@
 #include "judgement/scored_pose.h"
 #include "multiway/assembly.h"
 #include "multiway/joint_adjustment.h"
+#include "multiway/parts.h"
 #include "multiway/pose_graph.h"
 #include "refinement/plane_equations.h"
 

@@ -161,6 +161,16 @@ TEST_F(Room, sameBitsForAnyNumberOfThreads)
   expectSameBits(mapOf(1), mapOf(3));
 }
 
+TEST_F(Room, aTimeLimitOfThePairsIsNotRead)
+{
+  MultiwayOptions options;
+  options.threads = 2;
+  options.registration.time_limit = 1e-6; // which would leave no link
+  MultiwayRegistration registration(options);
+  addAll(registration);
+  expectSameBits(mapOf(2), registration.run());
+}
+
 TEST_F(Room, aProjectGivesTheSameMapAndLinksNothingAgain)
 {
   const TemporaryFolder folder;
@@ -220,7 +230,7 @@ TEST_F(Room, aProjectKnowsAnotherViewpointAndOtherNumbers)
   options.registration.gravity = GravityPrior{};
   options.registration.gravity->tolerance = kPi;
   EXPECT_EQ(linked(true, {0, 0, 0.1}, options), 3U);
-  options.registration.time_limit = 1e-6; // which would leave nothing
+  options.registration.time_limit = 1e-6;
   EXPECT_EQ(linked(true, {0, 0, 0.1}, options), 0U) << "links do not depend on it";
   EXPECT_EQ(linked(false, {0, 0, 0.1}, options), 3U);
 }

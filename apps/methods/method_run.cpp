@@ -4,6 +4,7 @@
 #include <apps/methods/method_run.h>
 
 #include "judgement/overlap.h"
+#include "judgement/scored_pose.h"
 #include "preparation/neighbor_index.h"
 #include "preparation/thinning.h"
 
@@ -315,8 +316,8 @@ runSsfrRefined(const Method& method,
   const auto clock = std::chrono::steady_clock::now();
   const Candidate ours = scored(ssfr, options, result.T_target_source);
   Candidate moved = scored(ssfr, options, refined.T_target_source);
-  const Eigen::Vector3d sensor = referencePoint(source, result);
-  const double walked = (refined.T_target_source * sensor - result.T_target_source * sensor).norm();
+  const double walked =
+      translationBetween(refined.T_target_source, result.T_target_source, referencePoint(source, result));
   seconds += secondsSince(clock);
   if (!isNoWorse(moved, ours) || walked > refined.correspondence_distance) {
     result.message += "; " + method.refiner + " led to no better pose from there, the pose is that of ssfr";

@@ -4,6 +4,7 @@
 #include <apps/methods/report.h>
 
 #include "common/angles.h"
+#include "judgement/scored_pose.h"
 
 #include <pcl_ssfr/version.h>
 
@@ -94,7 +95,7 @@ describeAlternatives(const Report& report)
                    100 * other.overlap,
                    100 * other.contradiction,
                    angleDegrees(apart.linear()),
-                   (other.T_target_source * report.reference - best.T_target_source * report.reference).norm(),
+                   translationBetween(other.T_target_source, best.T_target_source, report.reference),
                    other.from_guess ? " (the guess)" : "");
   }
   if (result.candidates.size() > kAlternatives + 1)

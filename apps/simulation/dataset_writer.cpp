@@ -296,6 +296,14 @@ formatPoses(const std::vector<std::string>& names, const std::vector<Eigen::Isom
 
 } // namespace
 
+fs::path
+resolvedFolder(const std::string& name, std::error_code& error)
+{
+  const fs::path absolute = fs::absolute(name, error);
+  const fs::path path = error ? fs::path() : fs::weakly_canonical(absolute / "", error);
+  return path.has_filename() ? path : path.parent_path();
+}
+
 struct DatasetWriter::Impl {
   Impl(const std::string& folder, bool overwrite_) : overwrite(overwrite_)
   {
@@ -303,10 +311,10 @@ struct DatasetWriter::Impl {
       throw IoError("'': is not the name of a folder");
     shown = folder;
     try {
-      // Links are followed, "a/b/" is "a/b".
-      target = fs::weakly_canonical(fs::absolute(folder) / "");
-      if (!target.has_filename())
-        target = target.parent_path();
+      std::error_code error;
+      target = resolvedFolder(folder, error);
+      if (error)
+        throw IoError(shown.string() + ": cannot be made: " + error.message());
       checkTarget(target, overwrite);
       above.make(target.parent_path());
       partial = makeSibling(target, "partial");

@@ -5,9 +5,11 @@
 
 #include <Eigen/Geometry>
 
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <vector>
 
 namespace pcl_ssfr::simulation {
@@ -19,6 +21,10 @@ struct DatasetPair {
   Eigen::Isometry3d T_target_source = Eigen::Isometry3d::Identity();
   double overlap = 0; ///< share of what the source sees that the target sees too
 };
+
+/// The folder that a name means: absolute, links followed, "a/b/" as "a/b"; empty, with an error, where that fails.
+std::filesystem::path
+resolvedFolder(const std::string& name, std::error_code& error);
 
 /** \brief Writes a dataset folder completely or not at all.
  *

@@ -8,6 +8,7 @@
 #include <apps/common/command_line.h>
 #include <apps/io/io_error.h>
 #include <apps/io/text_scanner.h>
+#include <apps/simulation/dataset_writer.h>
 #include <apps/simulation/paper_sets.h>
 
 #include <algorithm>
@@ -323,21 +324,14 @@ choosePlan(const Values& values)
   return plan;
 }
 
-/// An absolute path with links followed and no slash at its end; empty where that fails.
-std::filesystem::path
-resolved(const std::string& folder)
+/// Whether a folder is another one or lies below it; false where that cannot be known.
+bool
+isWithin(const std::string& folder, const std::string& other)
 {
   std::error_code error;
-  const std::filesystem::path absolute = std::filesystem::absolute(folder, error);
-  const std::filesystem::path path = std::filesystem::weakly_canonical(absolute, error);
-  return path.has_filename() ? path : path.parent_path();
-}
-
-/// Whether \p folder is \p other or lies below it.
-bool
-isWithin(const std::filesystem::path& folder, const std::filesystem::path& other)
-{
-  return !other.empty() && std::mismatch(other.begin(), other.end(), folder.begin(), folder.end()).first == other.end();
+  const std::filesystem::path inner = resolvedFolder(folder, error);
+  const std::filesystem::path outer = error ? std::filesystem::path() : resolvedFolder(other, error);
+  return !error && std::mismatch(outer.begin(), outer.end(), inner.begin(), inner.end()).first == outer.end();
 }
 
 } // namespace
@@ -363,7 +357,7 @@ parseSimulateArguments(const std::vector<std::string>& arguments)
   result.pictures = values.text("pictures");
   if (result.out.empty() && result.pictures.empty())
     throw UsageError("--out is missing");
-  if (!result.out.empty() && !result.pictures.empty() && isWithin(resolved(result.pictures), resolved(result.out)))
+  if (!result.out.empty() && !result.pictures.empty() && isWithin(result.pictures, result.out))
     throw UsageError("--pictures: " + io::inQuotes(result.pictures) +
                      " lies in --out, which holds a dataset and nothing else; take another folder");
   result.overwrite = values.has("overwrite");

@@ -4,8 +4,7 @@
 #include "multiway/assembly.h"
 
 #include "common/parallel.h"
-#include "multiway/pose_graph.h"
-#include "refinement/plane_equations.h"
+#include "multiway/parts.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -403,42 +402,6 @@ assemble(const std::vector<PairLink>& links,
   Assembly assembly = Assembler(links, graph, places, evidence, decisions, names, options, join_test).run();
   chooseLinks(assembly, links, graph, places, options.choice);
   return assembly;
-}
-
-void
-adjustPart(Assembly& assembly, int part, const std::vector<PairLink>& links, const std::vector<Eigen::Vector3d>& places)
-{
-  std::vector<int> numbers(assembly.part.size(), -1);
-  std::vector<int> members;
-  for (std::size_t i = 0; i < assembly.part.size(); ++i)
-    if (assembly.part[i] == part) {
-      numbers[i] = static_cast<int>(members.size());
-      members.push_back(static_cast<int>(i));
-    }
-  std::vector<PoseGraphEdge> edges;
-  for (std::size_t k = 0; k < links.size(); ++k) {
-    const auto source = static_cast<std::size_t>(links[k].source);
-    const auto target = static_cast<std::size_t>(links[k].target);
-    if (assembly.used[k] < 0 || numbers[source] < 0 || numbers[target] < 0)
-      continue;
-    const PairHypothesis& h = links[k].hypotheses[static_cast<std::size_t>(assembly.used[k])];
-    // Between frames whose origins are the sensors: what edges can know at best is known there.
-    const PlaneEquations::Matrix6 a = aboutOrigin(-places[target]);
-    edges.push_back({numbers[source],
-                     numbers[target],
-                     Eigen::Translation3d(-places[target]) * h.T_target_source * Eigen::Translation3d(places[source]),
-                     a * h.information * a.transpose()});
-  }
-  std::vector<Eigen::Isometry3d> poses;
-  poses.reserve(members.size());
-  for (const int i : members)
-    poses.push_back(assembly.poses[static_cast<std::size_t>(i)] *
-                    Eigen::Translation3d(places[static_cast<std::size_t>(i)]));
-  poses = solvePoseGraph(std::move(poses), edges, {0});
-  for (std::size_t m = 0; m < members.size(); ++m) {
-    const auto i = static_cast<std::size_t>(members[m]);
-    assembly.poses[i] = poses[m] * Eigen::Translation3d(-places[i]);
-  }
 }
 
 void

@@ -54,14 +54,6 @@ assemble(const std::vector<PairLink>& links,
          const MultiwayOptions& options,
          const JoinTest& join_test = nullptr);
 
-/// The poses of a part by the links that it keeps, as a pose graph between the sensors; its first scan is kept.
-/// \param[in] places of the sensors in the scans' frames [m]
-void
-adjustPart(Assembly& assembly,
-           int part,
-           const std::vector<PairLink>& links,
-           const std::vector<Eigen::Vector3d>& places);
-
 /// Links that agree with the poses are used, others are not: of pairs within one part.
 void
 chooseLinks(Assembly& assembly,

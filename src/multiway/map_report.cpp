@@ -19,7 +19,6 @@ namespace pcl_ssfr {
 namespace {
 
 constexpr std::size_t kListedLoops = 20;
-constexpr std::size_t kMostLoops = 500 * kListedLoops; // in memory: where all scans overlap there are n^3 / 6
 
 template <typename... Values>
 std::string
@@ -42,42 +41,38 @@ isCopy(std::size_t scan, const MapInput& input)
   return input.original[scan] != static_cast<int>(scan);
 }
 
-/// Of each component: its scans, without copies, which say nothing of where they are.
-std::map<int, std::size_t>
-sizesOf(const MultiwayMap& map, const MapInput& input)
-{
-  std::map<int, std::size_t> sizes;
-  for (std::size_t i = 0; i < map.scans.size(); ++i)
-    sizes[map.scans[i].component] += isCopy(i, input) ? 0 : 1;
-  return sizes;
-}
-
-/// Components by size, copies not counted, then by their first scan; scans that cannot be used come last.
-void
+/// Components by size, then by their first scan; scans that cannot be used come last. Copies say nothing of where they
+/// are: they do not count, and go with their originals.
+/// \return the size of each component
+std::vector<std::size_t>
 numberComponents(const ChosenMap& chosen, const MapInput& input, MultiwayMap& map)
 {
   std::map<int, std::vector<std::size_t>> members;
   for (std::size_t i = 0; i < map.scans.size(); ++i)
-    members[chosen.assembly.part[static_cast<std::size_t>(input.original[i])]].push_back(i);
+    if (!isCopy(i, input))
+      members[chosen.assembly.part[i]].push_back(i);
   std::vector<const std::vector<std::size_t>*> order;
   order.reserve(members.size());
   for (const auto& [part, scans] : members)
     order.push_back(&scans);
   const auto isUsable = [&](const std::vector<std::size_t>* part) { return map.scans[part->front()].usable; };
-  const auto sizeOf = [&](const std::vector<std::size_t>* part) {
-    return std::count_if(part->begin(), part->end(), [&](std::size_t i) { return !isCopy(i, input); });
-  };
   std::sort(order.begin(), order.end(), [&](const auto* a, const auto* b) {
-    if (sizeOf(a) != sizeOf(b))
-      return sizeOf(a) > sizeOf(b);
+    if (a->size() != b->size())
+      return a->size() > b->size();
     return isUsable(a) != isUsable(b) ? isUsable(a) : a->front() < b->front();
   });
-  for (std::size_t c = 0; c < order.size(); ++c)
-    for (const std::size_t i : *order[c]) {
-      map.scans[i].component = static_cast<int>(c);
-      map.placed += sizeOf(order[c]) > 1 ? 1 : 0;
-    }
-  map.components = static_cast<int>(order.size());
+  std::vector<std::size_t> sizes;
+  for (const auto* part : order) {
+    for (const std::size_t i : *part)
+      map.scans[i].component = static_cast<int>(sizes.size());
+    sizes.push_back(part->size());
+  }
+  for (std::size_t i = 0; i < map.scans.size(); ++i) {
+    map.scans[i].component = map.scans[static_cast<std::size_t>(input.original[i])].component;
+    map.placed += sizes[static_cast<std::size_t>(map.scans[i].component)] > 1 ? 1 : 0;
+  }
+  map.components = static_cast<int>(sizes.size());
+  return sizes;
 }
 
 /// The pose of a scan that holds a frame.
@@ -105,13 +100,13 @@ framesOf(const ChosenMap& chosen, const MapInput& input)
 void
 describeScans(const ChosenMap& chosen,
               const MapInput& input,
+              const std::vector<std::size_t>& sizes,
               const std::vector<Eigen::Isometry3d>& frames,
               MultiwayMap& map)
 {
-  const std::map<int, std::size_t> sizes = sizesOf(map, input);
   for (std::size_t i = 0; i < map.scans.size(); ++i) {
     MapScan& scan = map.scans[i];
-    if (sizes.at(scan.component) == 1) {
+    if (sizes[static_cast<std::size_t>(scan.component)] == 1) {
       if (scan.reason.empty())
         scan.reason = chosen.reasons[i];
       continue;
@@ -225,7 +220,7 @@ closeLoops(const ChosenMap& chosen, MultiwayMap& map)
         loop.translation = translationBetween(T, pose(direct->second), chosen.places[a]);
         misclosures.push_back(loop.translation);
         map.loops.push_back(loop);
-        if (map.loops.size() >= kMostLoops)
+        if (map.loops.size() > kListedLoops * kListedLoops) // where all scans overlap there are n^3 / 6
           keepWorstLoops(map);
       }
   if (misclosures.empty())
@@ -239,12 +234,11 @@ closeLoops(const ChosenMap& chosen, MultiwayMap& map)
 
 /// What a scan that stands alone is short of.
 void
-explainUnplaced(const MapInput& input, MultiwayMap& map)
+explainUnplaced(const MapInput& input, const std::vector<std::size_t>& sizes, MultiwayMap& map)
 {
-  const std::map<int, std::size_t> sizes = sizesOf(map, input);
   for (std::size_t i = 0; i < map.scans.size(); ++i) {
     MapScan& scan = map.scans[i];
-    if (!scan.usable || isCopy(i, input) || sizes.at(scan.component) > 1 || !scan.reason.empty())
+    if (!scan.usable || isCopy(i, input) || sizes[static_cast<std::size_t>(scan.component)] > 1 || !scan.reason.empty())
       continue;
     const MapLink* best = nullptr;
     for (const MapLink& link : map.links)
@@ -312,9 +306,9 @@ chainPoses(const ChosenMap& chosen)
 void
 describeMap(const ChosenMap& chosen, const MapInput& input, MultiwayMap& map)
 {
-  numberComponents(chosen, input, map);
+  const std::vector<std::size_t> sizes = numberComponents(chosen, input, map);
   const std::vector<Eigen::Isometry3d> frames = framesOf(chosen, input);
-  describeScans(chosen, input, frames, map);
+  describeScans(chosen, input, sizes, frames, map);
   map.links.resize(chosen.links.size());
   forEachInParallel(
       static_cast<std::int64_t>(map.links.size()), 1, static_cast<int>(input.options.threads), [&](std::int64_t k) {
@@ -330,7 +324,7 @@ describeMap(const ChosenMap& chosen, const MapInput& input, MultiwayMap& map)
     ++map.scans[static_cast<std::size_t>(link.target)].links;
   }
   closeLoops(chosen, map);
-  explainUnplaced(input, map);
+  explainUnplaced(input, sizes, map);
   const std::vector<Eigen::Isometry3d> chain = chainPoses(chosen);
   for (std::size_t i = 0; i < map.scans.size(); ++i) {
     map.graph_poses.push_back(frames[i] * chosen.graph_poses[i]);

@@ -4,80 +4,24 @@
 #include <pcl_ssfr/multiway/multiway_registration.h>
 
 #include "common/angles.h"
-#include "common/config_numbers.h"
 #include "common/parallel.h"
 #include "common/rotation_math.h"
 #include "common/stage_clock.h"
 #include "multiway/candidate_pairs.h"
+#include "multiway/link_settings.h"
 #include "multiway/map_stages.h"
 #include "multiway/project_file.h"
 #include "multiway/scan_pair.h"
 
-#include <pcl_ssfr/version.h>
-
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <cstdio>
 #include <mutex>
 #include <set>
 #include <stdexcept>
 #include <utility>
 
 namespace pcl_ssfr {
-
-namespace {
-
-/// Text that differs where links would.
-std::string
-settingsOf(const MultiwayOptions& options, const std::optional<PairGuess>& guess)
-{
-  std::string text = PCL_SSFR_VERSION;
-  const auto add = [&text](double value) {
-    char number[32];
-    std::snprintf(number, sizeof(number), " %.17g", value);
-    text += number;
-  };
-  const Options& r = options.registration;
-  add(static_cast<double>(r.profile));
-  add(static_cast<double>(r.viewpoint_mode));
-  for (const double value :
-       {r.normal_radius, r.density_radius, r.leaf, r.bin_width, r.overlap_radius, r.min_confidence})
-    add(value);
-  add(r.refine ? 1 : 0);
-  add(r.max_refinement_steps);
-  add(r.max_candidates);
-  PatchProfileConfig numbers = r.patch_profile, standard;
-  const std::vector<ConfigNumber> given = numbersOf(numbers), usual = numbersOf(standard);
-  for (std::size_t i = 0; i < given.size(); ++i)
-    if (given[i].value() != usual[i].value()) {
-      text.append(1, ' ').append(given[i].name);
-      add(given[i].value());
-    }
-  add(options.link.hypotheses);
-  add(options.link.least_probability);
-  if (options.gravity) {
-    for (const double value : *options.gravity)
-      add(value);
-    add(options.gravity_tolerance);
-  }
-  else if (r.gravity) {
-    for (const Eigen::Vector3d& up : {r.gravity->up_source, r.gravity->up_target})
-      for (const double value : up)
-        add(value);
-    add(r.gravity->tolerance);
-  }
-  if (guess) {
-    const Eigen::Matrix4d m = guess->T_target_source.matrix();
-    for (Eigen::Index i = 0; i < m.size(); ++i)
-      add(m.data()[i]);
-    add(guess->tolerance.rotation);
-    add(guess->tolerance.translation);
-  }
-  return text;
-}
-
-} // namespace
 
 struct MultiwayRegistration::State {
   MultiwayOptions options;
@@ -188,7 +132,9 @@ MultiwayRegistration::State::linkHere(const std::vector<PairTask>& tasks, const 
 /// Links pairs that nobody linked, and finds those that somebody did.
 class MultiwayRegistration::State::LinkStage {
 public:
-  LinkStage(const State& state, const Progress& progress) : state_(state), progress_(progress) {}
+  LinkStage(const State& state, const Progress& progress)
+      : state_(state), progress_(progress), settings_(settingsOf(state.options))
+  {}
 
   /// Links of pairs, which must be new, are added. \param[in] pairs by source, then target
   void
@@ -202,7 +148,7 @@ public:
       PairTask task = taskOf(pairs[k]);
       std::optional<PairLink> known;
       if (state_.project)
-        known = state_.project->readLink(task.source_hash, task.target_hash, settingsOf(state_.options, task.guess));
+        known = state_.project->readLink(task.source_hash, task.target_hash, withGuess(settings_, task.guess));
       if (known) {
         links_[first + k] = std::move(*known);
         links_[first + k].source = task.source;
@@ -227,7 +173,7 @@ public:
         throw std::runtime_error("a linker gave a link of the scans " + std::to_string(link.source) + " and " +
                                  std::to_string(link.target) + ", which was not asked for");
       if (state_.project)
-        state_.project->writeLink(link, task->source_hash, task->target_hash, settingsOf(state_.options, task->guess));
+        state_.project->writeLink(link, task->source_hash, task->target_hash, withGuess(settings_, task->guess));
       links_[missing[m]] = link;
       is_done[m] = true;
       report(++done);
@@ -276,6 +222,7 @@ private:
 
   const State& state_;
   const Progress& progress_;
+  const std::string settings_;
   std::vector<PairLink> links_;
 };
 

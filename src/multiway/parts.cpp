@@ -3,6 +3,9 @@
 
 #include "multiway/parts.h"
 
+#include "multiway/pose_graph.h"
+#include "refinement/plane_equations.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -34,6 +37,39 @@ int
 nextPart(const Assembly& assembly)
 {
   return *std::max_element(assembly.part.begin(), assembly.part.end()) + 1;
+}
+
+void
+adjustPart(Assembly& assembly, int part, const std::vector<PairLink>& links, const std::vector<Eigen::Vector3d>& places)
+{
+  const std::vector<int> members = membersOf(assembly).at(part);
+  std::vector<int> numbers(assembly.part.size(), -1);
+  std::vector<Eigen::Isometry3d> poses;
+  poses.reserve(members.size());
+  for (const int member : members) {
+    const auto i = static_cast<std::size_t>(member);
+    numbers[i] = static_cast<int>(poses.size());
+    poses.push_back(assembly.poses[i] * Eigen::Translation3d(places[i]));
+  }
+  std::vector<PoseGraphEdge> edges;
+  for (std::size_t k = 0; k < links.size(); ++k) {
+    const auto source = static_cast<std::size_t>(links[k].source);
+    const auto target = static_cast<std::size_t>(links[k].target);
+    if (assembly.used[k] < 0 || numbers[source] < 0 || numbers[target] < 0)
+      continue;
+    const PairHypothesis& h = links[k].hypotheses[static_cast<std::size_t>(assembly.used[k])];
+    // Between frames whose origins are the sensors: what edges can know at best is known there.
+    const PlaneEquations::Matrix6 a = aboutOrigin(-places[target]);
+    edges.push_back({numbers[source],
+                     numbers[target],
+                     Eigen::Translation3d(-places[target]) * h.T_target_source * Eigen::Translation3d(places[source]),
+                     a * h.information * a.transpose()});
+  }
+  poses = solvePoseGraph(std::move(poses), edges, {0});
+  for (std::size_t m = 0; m < members.size(); ++m) {
+    const auto i = static_cast<std::size_t>(members[m]);
+    assembly.poses[i] = poses[m] * Eigen::Translation3d(-places[i]);
+  }
 }
 
 void

@@ -22,6 +22,13 @@ pairsOf(const std::vector<int>& members);
 /// A number that no part has.
 int
 nextPart(const Assembly& assembly);
+/// The poses of a part by the links that it keeps, as a pose graph between the sensors; its first scan is kept.
+/// \param[in] places of the sensors in the scans' frames [m]
+void
+adjustPart(Assembly& assembly,
+           int part,
+           const std::vector<PairLink>& links,
+           const std::vector<Eigen::Vector3d>& places);
 /// Pieces of a part that no used links of a belief of ChoiceConfig::sure connect any more become parts of their own.
 void
 splitUnconnected(Assembly& assembly,

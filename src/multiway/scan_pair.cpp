@@ -50,18 +50,6 @@ bytesOfPatches(const PlanarPatches& patches)
          (patches.counts.size() + patches.first_point.size() + patches.clutter.size()) * sizeof(std::uint32_t);
 }
 
-Options
-pairOptions(const MultiwayOptions& options)
-{
-  Options result = options.registration;
-  result.threads = 1;
-  result.time_limit = 0; // links must not depend on how busy the machine is
-  if (options.gravity)
-    result.gravity =
-        GravityPrior{options.gravity->normalized(), options.gravity->normalized(), options.gravity_tolerance};
-  return result;
-}
-
 /// Two scans and their options, which the pair refers to.
 struct OptionedPair {
   OptionedPair(const PreparedScan& source, const PreparedScan& target, const MultiwayOptions& multiway)
@@ -92,6 +80,18 @@ polished(const PatchPair& pair, const Candidate& candidate)
 }
 
 } // namespace
+
+Options
+pairOptions(const MultiwayOptions& options)
+{
+  Options result = options.registration;
+  result.threads = 1;
+  result.time_limit = 0; // links must not depend on how busy the machine is
+  if (options.gravity)
+    result.gravity =
+        GravityPrior{options.gravity->normalized(), options.gravity->normalized(), options.gravity_tolerance};
+  return result;
+}
 
 std::string
 problemOf(const PreparedScan& scan)

@@ -9,6 +9,7 @@
 #include <pcl_ssfr/multiway/multiway_map.h>
 #include <pcl_ssfr/multiway/multiway_options.h>
 #include <pcl_ssfr/multiway/pair_linking.h>
+#include <pcl_ssfr/options.h>
 #include <pcl_ssfr/prepared_scan.h>
 
 #include <Eigen/Geometry>
@@ -35,6 +36,10 @@ const VotingSamples&
 votesOf(const PreparedScan& scan);
 double
 scaleOf(const PreparedScan& scan);
+
+/// What a pair is registered with: of MultiwayOptions::registration, and one vertical for both where that is given.
+Options
+pairOptions(const MultiwayOptions& options);
 
 /** \brief Register two scans and keep several poses, each with its information. Same scans, same bits.
  * \param[in] options threads are not read: it runs in this thread
