@@ -212,7 +212,7 @@ struct UncertaintyConfig {
   /// Largest standard deviation of a rotation that is determined [rad]: nine of ten such poses are right to two
   /// degrees.
   double max_rotation = 0.0212;
-  /// Standard deviations that Result::correspondence_distance covers, of what leaves planes apart: 99.7 % of them.
+  /// Deviations of what leaves planes apart that correspondence_distance and scales of a map's matches cover: 99.7 %.
   double reach_deviations = 3;
 };
 

@@ -259,26 +259,18 @@ equationsAt(const PreparedScan& source,
   const OptionedPair optioned(source, target, options);
   const PatchPair& pair = optioned.pair;
   const Eigen::Isometry3d T = pair.toInner(T_target_source);
-  RefinementOptions options_of_step = pair.lastStep();
-  options_of_step.vertical.reset(); // the map is laid upright as a whole
-  const Refinement step = refineMutual(
-      pair.source().surface, pair.source().index, pair.target().surface, pair.target().index, T, options_of_step);
+  const MutualFit fit = pair.fitByNoise(T);
   SurfaceEquations equations;
-  equations.matches = step.matches;
-  if (step.matches < 3)
+  equations.matches = fit.matches;
+  if (fit.matches < 3)
     return equations;
-  // The step that was made is the solution of the equations about the centre.
-  const Eigen::Isometry3d moved = step.T_target_source * T.inverse();
-  const Eigen::AngleAxisd rotation(moved.linear());
-  SurfaceEquations::Vector6 motion;
-  motion << rotation.angle() * rotation.axis(), moved * step.centre - step.centre;
-  const Matrix6 a = aboutOrigin(step.centre + pair.target().origin);
+  const Matrix6 a = aboutOrigin(fit.centre + pair.target().origin);
   const auto about = [&](const Matrix6& m) { return Matrix6(a * m * a.transpose()); };
-  equations.hessian = about(step.hessian);
-  equations.gradient = -a * step.hessian * motion;
-  equations.curvature = about(step.statistics.curvature);
-  equations.weight = step.weight;
-  equations.squares = step.rms * step.rms * step.weight;
+  equations.hessian = about(fit.hessian);
+  equations.gradient = a * fit.gradient;
+  equations.curvature = about(fit.statistics.curvature);
+  equations.weight = fit.weight;
+  equations.squares = fit.rms * fit.rms * fit.weight;
   return equations;
 }
 
@@ -291,8 +283,9 @@ patchGradientsAt(const PreparedScan& source,
 {
   const OptionedPair optioned(source, target, options);
   const PatchPair& pair = optioned.pair;
-  const PatchIndex::Tolerance tolerance = pair.lastStep().match;
   const Eigen::Isometry3d T = pair.toInner(T_target_source);
+  PatchIndex::Tolerance tolerance = pair.lastStep().match;
+  tolerance.distance = static_cast<float>(pair.fitByNoise(T).match_distance);
   const auto count = [](const PatchScan& scan) { return static_cast<std::size_t>(scan.patches.size()); };
   const std::size_t sources = count(pair.source()), targets = count(pair.target());
   EquationStatisticsSum sum(sources, targets, 0.5 * static_cast<double>(tolerance.distance));

@@ -136,6 +136,18 @@ PatchPair::fitAt(const Eigen::Isometry3d& T_target_source) const
   return refineMutual(source_.surface, source_.index, target_.surface, target_.index, T_target_source, options);
 }
 
+MutualFit
+PatchPair::fitByNoise(const Eigen::Isometry3d& T_target_source) const
+{
+  return fitMutual(source_.surface,
+                   source_.index,
+                   target_.surface,
+                   target_.index,
+                   T_target_source,
+                   lastStep(),
+                   config_.judgement.uncertainty.reach_deviations);
+}
+
 RefinementOptions
 PatchPair::lastStep() const
 {

@@ -126,6 +126,9 @@ public:
   /// The matches of the polish at a pose, which stays where it is: the Refinement's pose is one step further.
   Refinement
   fitAt(const Eigen::Isometry3d& T_target_source) const;
+  /// The same for a pose that other scans hold as well, so that narrow matches are enough: see fitMutual().
+  MutualFit
+  fitByNoise(const Eigen::Isometry3d& T_target_source) const;
 
   /// Take a finely judged pose to where a refinement has led it, if it explains the scans about as well there, or
   /// better: a refinement may be drawn away by what moved, or by patches of few points. \return whether it moved

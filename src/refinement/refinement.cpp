@@ -351,4 +351,46 @@ refineMutual(const SurfacePoints& source,
       [&](const Step& step) { return matches.statistics(step, options.unseen_curvature); });
 }
 
+MutualFit
+fitMutual(const SurfacePoints& source,
+          const PatchIndex& source_planes,
+          const SurfacePoints& target,
+          const PatchIndex& target_planes,
+          const Eigen::Isometry3d& T_target_source,
+          const RefinementOptions& options,
+          double deviations)
+{
+  constexpr double kConfirmed = 1.1; // times a distance: matches within it that call for no more than this confirm it
+  MutualFit fit;
+  if (source.points.cols() == 0 || target.points.cols() == 0)
+    return fit;
+  fit.centre = T_target_source * Eigen::Vector3d(source.points.cast<double>().rowwise().mean());
+  MutualMatches matches(source, source_planes, target, target_planes);
+  const auto equationsWithin = [&](double distance, bool find_matches, Step& step) {
+    step = {T_target_source, fit.centre, options.match, 0.5 * distance, find_matches};
+    step.tolerance.distance = static_cast<float>(distance);
+    PlaneEquations equations;
+    matches.addEquations(step, options.threads, equations);
+    return equations;
+  };
+  Step step;
+  PlaneEquations equations = equationsWithin(options.final_distance, true, step);
+  fit.weight = equations.weight;
+  fit.rms = equations.weight > 0 ? std::sqrt(equations.squares / equations.weight) : 0;
+  const Eigen::Index all = equations.matches;
+  for (double next = 2 * deviations * options.least_rms; next > kConfirmed * fit.match_distance;) {
+    fit.match_distance = std::min(next, options.final_distance);
+    equations = equationsWithin(fit.match_distance, false, step);
+    if (fit.match_distance >= options.final_distance)
+      break;
+    const bool are_most = 2 * equations.matches > all;
+    next = deviations * (are_most ? 2 * std::sqrt(equations.squares / equations.weight) : fit.match_distance);
+  }
+  fit.hessian = equations.fullHessian();
+  fit.gradient = equations.gradient;
+  fit.matches = equations.matches;
+  fit.statistics = matches.statistics(step, options.unseen_curvature);
+  return fit;
+}
+
 } // namespace pcl_ssfr

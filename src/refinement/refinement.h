@@ -94,6 +94,36 @@ refineMutual(const SurfacePoints& source,
              const Eigen::Isometry3d& T_target_source,
              const RefinementOptions& options);
 
+/// The matches of two scans at a pose, linearised there.
+struct MutualFit {
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero(); ///< what the equations are about, target frame [m]
+  Eigen::Matrix<double, 6, 6> hessian = Eigen::Matrix<double, 6, 6>::Zero();  ///< as Refinement::hessian
+  Eigen::Matrix<double, 6, 1> gradient = Eigen::Matrix<double, 6, 1>::Zero(); ///< sum of weight distance J
+  EquationStatistics statistics;
+  double match_distance = 0; ///< plane distance of a match, twice the robust scale [m]
+  double weight = 0;         ///< of all matches within RefinementOptions::final_distance, its half the robust scale
+  double rms = 0;            ///< root mean square plane distance of those [m]
+  Eigen::Index matches = 0;
+};
+
+/** \brief The matches of the polish at a pose, with a robust scale that follows the noise.
+ *
+ * Where matches are good to millimetres, what lies centimetres off a plane is not of that plane, and pulls. So the
+ * scale is the smallest one that takes in most of the matches and is \p deviations times the root mean square distance
+ * that it leaves, and at most half of the final distance. Fewer may meet by chance where the pose is not exact.
+ *
+ * \param[in] options start, number and end of steps are not read, nor is a vertical
+ * \param[in] deviations > 1
+ */
+MutualFit
+fitMutual(const SurfacePoints& source,
+          const PatchIndex& source_planes,
+          const SurfacePoints& target,
+          const PatchIndex& target_planes,
+          const Eigen::Isometry3d& T_target_source,
+          const RefinementOptions& options,
+          double deviations);
+
 /// Small motion (w, v) as a rigid transform: rotation by w [rad], then translation by v [m].
 Eigen::Isometry3d
 expSe3(const Eigen::Matrix<double, 6, 1>& motion);
