@@ -366,30 +366,36 @@ fitMutual(const SurfacePoints& source,
     return fit;
   fit.centre = T_target_source * Eigen::Vector3d(source.points.cast<double>().rowwise().mean());
   MutualMatches matches(source, source_planes, target, target_planes);
-  const auto equationsWithin = [&](double distance, bool find_matches, Step& step) {
-    step = {T_target_source, fit.centre, options.match, 0.5 * distance, find_matches};
+  const auto stepWithin = [&](double distance, bool find_matches) {
+    Step step = {T_target_source, fit.centre, options.match, 0.5 * distance, find_matches};
     step.tolerance.distance = static_cast<float>(distance);
+    return step;
+  };
+  const auto equationsOf = [&](const Step& step) {
     PlaneEquations equations;
     matches.addEquations(step, options.threads, equations);
     return equations;
   };
-  Step step;
-  PlaneEquations equations = equationsWithin(options.final_distance, true, step);
-  fit.weight = equations.weight;
-  fit.rms = equations.weight > 0 ? std::sqrt(equations.squares / equations.weight) : 0;
-  const Eigen::Index all = equations.matches;
-  for (double next = 2 * deviations * options.least_rms; next > kConfirmed * fit.match_distance;) {
-    fit.match_distance = std::min(next, options.final_distance);
-    equations = equationsWithin(fit.match_distance, false, step);
-    if (fit.match_distance >= options.final_distance)
+  const PlaneEquations all = equationsOf(stepWithin(options.final_distance, true));
+  fit.weight = all.weight;
+  fit.rms = all.weight > 0 ? std::sqrt(all.squares / all.weight) : 0;
+  PlaneEquations equations = all;
+  fit.match_distance = options.final_distance;
+  for (double distance = 2 * deviations * options.least_rms; distance < options.final_distance;) {
+    const PlaneEquations within = equationsOf(stepWithin(distance, false));
+    const bool are_most = 2 * within.matches > all.matches;
+    const double next = deviations * (are_most ? 2 * std::sqrt(within.squares / within.weight) : distance);
+    if (are_most && next <= kConfirmed * distance) {
+      equations = within;
+      fit.match_distance = distance;
       break;
-    const bool are_most = 2 * equations.matches > all;
-    next = deviations * (are_most ? 2 * std::sqrt(equations.squares / equations.weight) : fit.match_distance);
+    }
+    distance = std::max(next, kConfirmed * distance);
   }
   fit.hessian = equations.fullHessian();
   fit.gradient = equations.gradient;
   fit.matches = equations.matches;
-  fit.statistics = matches.statistics(step, options.unseen_curvature);
+  fit.statistics = matches.statistics(stepWithin(fit.match_distance, false), options.unseen_curvature);
   return fit;
 }
 
