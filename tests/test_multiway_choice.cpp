@@ -377,7 +377,7 @@ patchesOfTheirOwn(std::size_t /*pair*/, const Eigen::Isometry3d& /*T*/, bool of_
   PatchGradients patches{PatchGradients::Columns(6, 0), PatchGradients::Columns(6, 0)};
   if (of_source) {
     patches.gradients = 2 * SurfaceEquations::Matrix6::Identity();
-    patches.offsets = SurfaceEquations::Matrix6::Identity();
+    patches.offsets = kMillimetre * SurfaceEquations::Matrix6::Identity();
   }
   return patches;
 }
@@ -461,6 +461,25 @@ TEST(JointAdjustment, covarianceGrowsAlongAChain)
                 1e-7);
 }
 
+TEST(JointAdjustment, covarianceIsNeverThatOfAnExactPoseWhereMatchesHaveNoMinimum)
+{
+  const MadeUpJob job(3);
+  const std::vector<std::pair<int, int>> pairs = {{0, 1}, {1, 2}};
+  AdjustmentConfig config;
+  config.damping = 1e-9;
+  const auto covarianceOfTheLast = [&](double curvature) {
+    const EquationsFunction equations = [&](std::size_t k, const Eigen::Isometry3d& T) {
+      SurfaceEquations e = towards(job.relative(pairs[k].first, pairs[k].second), T);
+      e.curvature *= k == 1 ? curvature : 1;
+      return e;
+    };
+    return adjustJointly(job.truth, pairs, {0}, job.places, equations, patchesOfTheirOwn, config, 1).covariances[2];
+  };
+  EXPECT_TRUE(covarianceOfTheLast(-0.1).isApprox(covarianceOfTheLast(1), 1e-6));
+  EXPECT_GT(covarianceOfTheLast(0.5).trace(), 1.1 * covarianceOfTheLast(1).trace());
+  EXPECT_TRUE(covarianceOfTheLast(std::numeric_limits<double>::quiet_NaN()).allFinite()); // of the steps then
+}
+
 TEST(JointAdjustment, aPatchErrsOnceForAllPairsThatItTakesPartIn)
 {
   // Twelve scans of the same 120 patches, each of which every scan has at another distance. All pairs overlap, so what
@@ -499,7 +518,7 @@ TEST(JointAdjustment, aPatchErrsOnceForAllPairsThatItTakesPartIn)
       return e;
     };
     const PatchGradientsFunction patches = [&](std::size_t k, const Eigen::Isometry3d& T, bool /*of_source*/) {
-      return PatchGradients{jacobians * residuals(k, T).asDiagonal(), jacobians};
+      return PatchGradients{jacobians * residuals(k, T).asDiagonal(), kMillimetre * jacobians};
     };
     AdjustmentConfig config;
     config.damping = 1e-9;

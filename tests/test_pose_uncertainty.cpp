@@ -134,6 +134,15 @@ consistencyOf(const PatchedScene& scene, std::uint64_t seed)
   return mean;
 }
 
+TEST(NoiseFloor, IsThatOfAllScansAndAShareOfTheNoiseOfTheMatches)
+{
+  UncertaintyConfig config;
+  config.noise_floor = 0.003;
+  config.patch_noise = 0.1;
+  EXPECT_EQ(noiseFloor(config, 0), 0.003);
+  EXPECT_NEAR(noiseFloor(config, 0.04), 0.005, 1e-15);
+}
+
 TEST(PoseCovariance, IsThatOfManyDraws)
 {
   // Patches that err as a whole, among partners that do not: what is claimed is what is seen.

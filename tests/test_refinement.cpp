@@ -201,6 +201,15 @@ TEST_F(RefinementOfTheRoom, ThePolishSumsOverThePointsOfBothScans)
   EXPECT_LT((refined.hessian - hessian).norm(), 1e-3 * hessian.norm()) << refined.hessian << "\n\n" << hessian;
 }
 
+NoiseRule
+ruleWithin(double least, double most)
+{
+  NoiseRule rule;
+  rule.least = least;
+  rule.most = most;
+  return rule;
+}
+
 TEST_F(RefinementOfTheRoom, AFitSumsOverThePointsOfBothScans)
 {
   // As wide a scale as the distances allow: that of a single step of the polish.
@@ -210,19 +219,20 @@ TEST_F(RefinementOfTheRoom, AFitSumsOverThePointsOfBothScans)
   wide.steps = 1;
   const Eigen::Isometry3d T = smallMotion(0.02, Eigen::Vector3d(1, -2, 1), Eigen::Vector3d(0.05, 0.04, -0.06)) * truth_;
   const Refinement step = refineMutual(source_.surface, source_.index, target_.surface, target_.index, T, wide);
-  const MutualFit fit = fitMutual(source_.surface, source_.index, target_.surface, target_.index, T, wide, 1000);
-  EXPECT_GT(fit.matches, 100);
-  EXPECT_EQ(fit.matches, step.matches);
+  const MutualFit fit =
+      fitMutual(source_.surface, source_.index, target_.surface, target_.index, T, wide, ruleWithin(0.2, 0.2));
+  EXPECT_GT(fit.refinement.matches, 100);
+  EXPECT_EQ(fit.refinement.matches, step.matches);
   EXPECT_NEAR(fit.match_distance, 0.2, 1e-6);
-  EXPECT_NEAR(fit.rms, step.rms, 1e-6 * step.rms); // the distance is a float
-  EXPECT_NEAR(fit.weight, step.weight, 1e-6 * step.weight);
-  EXPECT_TRUE(fit.hessian.isApprox(step.hessian, 1e-6));
+  EXPECT_NEAR(fit.refinement.rms, step.rms, 1e-6 * step.rms); // the distance is a float
+  EXPECT_NEAR(fit.refinement.weight, step.weight, 1e-6 * step.weight);
+  EXPECT_TRUE(fit.refinement.hessian.isApprox(step.hessian, 1e-6));
   // The step that was made solves the equations.
   const Eigen::Isometry3d moved = step.T_target_source * T.inverse();
   const Eigen::AngleAxisd rotation(moved.linear());
   Vector6 motion;
-  motion << rotation.angle() * rotation.axis(), moved * fit.centre - fit.centre;
-  EXPECT_LT((fit.hessian * motion + fit.gradient).norm(), 1e-5 * fit.gradient.norm());
+  motion << rotation.angle() * rotation.axis(), moved * fit.refinement.centre - fit.refinement.centre;
+  EXPECT_LT((fit.refinement.hessian * motion + fit.gradient).norm(), 1e-5 * fit.gradient.norm());
 }
 
 TEST_F(RefinementOfTheRoom, WhatLiesOffAPlaneIsNoMatchWhereMatchesAreExact)
@@ -233,23 +243,24 @@ TEST_F(RefinementOfTheRoom, WhatLiesOffAPlaneIsNoMatchWhereMatchesAreExact)
     moved.points.col(i) += 0.03f * moved.normals.col(i);
   RefinementOptions o = options();
   o.final_distance = 0.1;
-  const auto fitAt = [&](const Eigen::Isometry3d& T, double deviations) {
-    return fitMutual(moved, source_.index, target_.surface, target_.index, T, o, deviations);
+  constexpr double kLeast = 0.006;
+  const auto fitAt = [&](const Eigen::Isometry3d& T, double least) {
+    return fitMutual(moved, source_.index, target_.surface, target_.index, T, o, ruleWithin(least, 0.1));
   };
-  const MutualFit narrow = fitAt(truth_, 3), wide = fitAt(truth_, 1000);
-  EXPECT_GE(narrow.match_distance, 6 * o.least_rms);
+  const MutualFit narrow = fitAt(truth_, kLeast), wide = fitAt(truth_, 0.1);
+  EXPECT_GE(narrow.match_distance, kLeast);
   EXPECT_LT(narrow.match_distance, 0.03);
   EXPECT_NEAR(wide.match_distance, 0.1, 1e-6);
-  EXPECT_LT(narrow.matches, wide.matches);
-  EXPECT_EQ(narrow.rms, wide.rms); // of all within the final distance
-  EXPECT_EQ(narrow.weight, wide.weight);
+  EXPECT_LT(narrow.refinement.matches, wide.refinement.matches);
+  EXPECT_EQ(narrow.wide_rms, wide.wide_rms); // of all within the final distance
+  EXPECT_EQ(narrow.wide_weight, wide.wide_weight);
   // How far each says that the pose is off.
-  const auto step = [](const MutualFit& fit) { return Vector6(fit.hessian.ldlt().solve(fit.gradient)); };
+  const auto step = [](const MutualFit& fit) { return Vector6(fit.refinement.hessian.ldlt().solve(fit.gradient)); };
   EXPECT_LT(step(narrow).tail<3>().norm(), 2e-4);
   EXPECT_GT(step(wide).tail<3>().norm(), 5 * step(narrow).tail<3>().norm());
   // Where the pose is not exact no small scale is confirmed, and the fit sees how far it is off.
   const Eigen::Vector3d shift(0.03, 0.03, 0.03);
-  const MutualFit away = fitAt(smallMotion(0, Eigen::Vector3d::UnitX(), shift) * truth_, 3);
+  const MutualFit away = fitAt(smallMotion(0, Eigen::Vector3d::UnitX(), shift) * truth_, kLeast);
   EXPECT_GT(away.match_distance, 0.06);
   EXPECT_LT((step(away).tail<3>() - shift).norm(), 0.01);
 }
@@ -263,14 +274,15 @@ TEST_F(RefinementOfTheRoom, AFitOfNoisyMatchesKeepsTheWideScale)
       surface->points.col(i) += static_cast<float>(0.03 * random.gaussian()) * surface->normals.col(i);
   RefinementOptions o = options();
   o.final_distance = 0.1;
-  const MutualFit fit = fitMutual(noisy, source_.index, others, target_.index, truth_, o, 3);
+  const NoiseRule rule = ruleWithin(0.006, 0.1);
+  const MutualFit fit = fitMutual(noisy, source_.index, others, target_.index, truth_, o, rule);
   EXPECT_GT(fit.match_distance, 0.09);
   // Nothing to fit.
-  const MutualFit none = fitMutual(SurfacePoints(), PatchIndex(), others, target_.index, truth_, o, 3);
-  EXPECT_EQ(none.matches, 0);
-  EXPECT_TRUE(none.hessian.isZero());
+  const MutualFit none = fitMutual(SurfacePoints(), PatchIndex(), others, target_.index, truth_, o, rule);
+  EXPECT_EQ(none.refinement.matches, 0);
+  EXPECT_TRUE(none.refinement.hessian.isZero());
   const Eigen::Isometry3d away = Eigen::Translation3d(100, 0, 0) * truth_;
-  EXPECT_EQ(fitMutual(noisy, source_.index, others, target_.index, away, o, 3).matches, 0);
+  EXPECT_EQ(fitMutual(noisy, source_.index, others, target_.index, away, o, rule).refinement.matches, 0);
 }
 
 TEST_F(RefinementOfTheRoom, TheStatisticsOfThePolishAreThoseAtItsEnd)

@@ -127,6 +127,12 @@ PoseUncertainty::informationAbout(const Eigen::Vector3d& origin) const
   return symmetric(a * information * a.transpose());
 }
 
+double
+noiseFloor(const UncertaintyConfig& config, double rms)
+{
+  return std::hypot(config.noise_floor, config.patch_noise * rms);
+}
+
 PoseUncertainty
 poseUncertainty(const Refinement& polish, double noise_floor, const Eigen::Matrix3d& rotation_prior)
 {

@@ -70,10 +70,14 @@ struct PoseUncertainty {
   informationAbout(const Eigen::Vector3d& origin) const;
 };
 
+/// Standard deviation of each patch and of each match, besides what is seen, where matches leave the root mean square
+/// distance \p rms [m].
+double
+noiseFloor(const UncertaintyConfig& config, double rms);
+
 /** \brief The uncertainty of a polished pose.
  * \param[in] polish of refineMutual(), with the statistics of its matches
- * \param[in] noise_floor standard deviation of each patch and of each match, besides what is seen [m], > 0: no fit is
- * better known than that, be it exact
+ * \param[in] noise_floor see noiseFloor() [m], > 0: no fit is better known than that, be it exact
  * \param[in] rotation_prior what is known of the rotation otherwise: information [1/rad^2], target frame, symmetric
  * and >= 0
  */

@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <map>
 #include <utility>
 
@@ -134,8 +135,7 @@ scatterOf(std::size_t scan,
           const std::vector<Eigen::Isometry3d>& poses,
           const std::vector<Eigen::Vector3d>& sensors,
           const std::vector<std::pair<int, int>>& pairs,
-          const PatchGradientsFunction& patches,
-          double noise_floor)
+          const PatchGradientsFunction& patches)
 {
   ScanScatter result;
   result.scans.push_back(scan);
@@ -172,9 +172,9 @@ scatterOf(std::size_t scan,
         continue;
       rows.push_back(static_cast<Eigen::Index>(6 * (m + 1)));
       gradients.emplace_back(met[m].other * relative.gradients.col(p));
-      offsets.emplace_back(noise_floor * (met[m].other * relative.offsets.col(p)));
+      offsets.emplace_back(met[m].other * relative.offsets.col(p));
       gradients.front() += met[m].own * relative.gradients.col(p);
-      offsets.front() += noise_floor * (met[m].own * relative.offsets.col(p));
+      offsets.front() += met[m].own * relative.offsets.col(p);
     }
     for (std::size_t r = 0; r < rows.size() && rows.size() > 1; ++r)
       for (std::size_t c = 0; c <= r; ++c)
@@ -191,7 +191,6 @@ networkScatter(const std::vector<Eigen::Isometry3d>& poses,
                const std::vector<std::pair<int, int>>& pairs,
                const Network& network,
                const PatchGradientsFunction& patches,
-               const AdjustmentConfig& config,
                int threads)
 {
   constexpr std::size_t kAtOnce = 16; // scans whose blocks are in memory
@@ -204,7 +203,7 @@ networkScatter(const std::vector<Eigen::Isometry3d>& poses,
     std::vector<ScanScatter> found(std::min(kAtOnce, poses.size() - first));
     forEachInParallel(static_cast<std::int64_t>(found.size()), 1, threads, [&](std::int64_t index) {
       const auto i = static_cast<std::size_t>(index);
-      found[i] = scatterOf(first + i, pairs_of[first + i], poses, sensors, pairs, patches, config.noise_floor);
+      found[i] = scatterOf(first + i, pairs_of[first + i], poses, sensors, pairs, patches);
     });
     for (const ScanScatter& scan : found)
       for (std::size_t r = 0; r < scan.scans.size(); ++r)
@@ -332,26 +331,36 @@ move(std::vector<Eigen::Isometry3d>& poses,
   return moved;
 }
 
-/// Covariance of each scan's pose about its own place, A^-1 B A^-1 of the network; zero of fixed ones.
+/// Covariance of each scan's pose about its own place, A^-1 B A^-1 of the network; zero of fixed ones. A is made of the
+/// curvatures; where these have no minimum, of the matrices of the steps, which are larger: deviations are too small
+/// then.
 std::vector<Matrix6>
 covariancesOf(const std::vector<Eigen::Isometry3d>& poses,
               const std::vector<std::pair<int, int>>& pairs,
               const std::vector<MapEquations>& found,
-              Network network,
+              const Network& network,
               const std::vector<Eigen::Vector3d>& places,
               const PatchGradientsFunction& patches,
               const AdjustmentConfig& config,
               int threads)
 {
   std::vector<Matrix6> covariances(poses.size(), Matrix6::Zero());
-  for (std::size_t k = 0; k < pairs.size(); ++k)
-    network.add(pairs[k].first, pairs[k].second, found[k].curvature, found[k].carry);
-  Sparse a = network.matrix();
-  const Sparse b = networkScatter(poses, sensorsOf(poses, places), pairs, network, patches, config, threads);
-  damp(a, config.damping);
-  const Eigen::SimplicialLDLT<Sparse> solver(a);
-  if (network.unknowns() == 0 || !isFactored(solver))
+  if (network.unknowns() == 0)
     return covariances;
+  Eigen::SimplicialLDLT<Sparse> solver;
+  for (const Matrix6 MapEquations::*matrix : {&MapEquations::curvature, &MapEquations::hessian}) {
+    Network sum = network;
+    for (std::size_t k = 0; k < pairs.size(); ++k)
+      sum.add(pairs[k].first, pairs[k].second, found[k].*matrix, found[k].carry);
+    Sparse a = sum.matrix();
+    damp(a, config.damping);
+    solver.compute(a);
+    if (isFactored(solver))
+      break;
+  }
+  if (!isFactored(solver))
+    return std::vector<Matrix6>(poses.size(), Matrix6::Constant(std::numeric_limits<double>::quiet_NaN()));
+  const Sparse b = networkScatter(poses, sensorsOf(poses, places), pairs, network, patches, threads);
   forEachInParallel(static_cast<std::int64_t>(poses.size()), 1, threads, [&](std::int64_t index) {
     const auto i = static_cast<std::size_t>(index);
     const int column = network.column(i);

@@ -23,7 +23,8 @@ using PatchGradientsFunction =
 /// Poses of the scans of one part, adjusted jointly over their surfaces.
 struct JointAdjustment {
   std::vector<Eigen::Isometry3d> poses; ///< T_map_scan
-  /// Of small motions on the left about each scan's place, order (rotation [rad], translation [m]); zero of fixed ones.
+  /// Of small motions on the left about each scan's place, order (rotation [rad], translation [m]); zero of fixed ones,
+  /// NaN where the equations have no solution.
   std::vector<Eigen::Matrix<double, 6, 6>> covariances;
   double rms_before = 0; ///< of plane distances at the start [m]
   double rms = 0;        ///< and at the end [m]

@@ -109,7 +109,6 @@ validate(const MultiwayOptions& options)
   requireShare("adjustment.least_matched", adjustment.least_matched);
   requirePositive("adjustment.damping", adjustment.damping);
   requirePositive("adjustment.damping_of_row", adjustment.damping_of_row);
-  requirePositive("adjustment.noise_floor", adjustment.noise_floor);
 }
 
 const char*

@@ -3,6 +3,7 @@
 
 #include "multiway/scan_pair.h"
 
+#include "judgement/pose_uncertainty.h"
 #include "judgement/visibility_score.h"
 #include "profiles/patch_pair.h"
 #include "profiles/pose_refinement.h"
@@ -259,18 +260,19 @@ equationsAt(const PreparedScan& source,
   const OptionedPair optioned(source, target, options);
   const PatchPair& pair = optioned.pair;
   const Eigen::Isometry3d T = pair.toInner(T_target_source);
-  const MutualFit fit = pair.fitByNoise(T);
+  const MutualFit fit = pair.fitInMap(T);
   SurfaceEquations equations;
-  equations.matches = fit.matches;
-  if (fit.matches < 3)
+  const Refinement& here = fit.refinement;
+  equations.matches = here.matches;
+  if (here.matches < 3)
     return equations;
-  const Matrix6 a = aboutOrigin(fit.centre + pair.target().origin);
+  const Matrix6 a = aboutOrigin(here.centre + pair.target().origin);
   const auto about = [&](const Matrix6& m) { return Matrix6(a * m * a.transpose()); };
-  equations.hessian = about(fit.hessian);
+  equations.hessian = about(here.hessian);
   equations.gradient = a * fit.gradient;
-  equations.curvature = about(fit.statistics.curvature);
-  equations.weight = fit.weight;
-  equations.squares = fit.rms * fit.rms * fit.weight;
+  equations.curvature = about(here.statistics.curvature);
+  equations.weight = fit.wide_weight;
+  equations.squares = fit.wide_rms * fit.wide_rms * fit.wide_weight;
   return equations;
 }
 
@@ -284,38 +286,18 @@ patchGradientsAt(const PreparedScan& source,
   const OptionedPair optioned(source, target, options);
   const PatchPair& pair = optioned.pair;
   const Eigen::Isometry3d T = pair.toInner(T_target_source);
-  PatchIndex::Tolerance tolerance = pair.lastStep().match;
-  tolerance.distance = static_cast<float>(pair.fitByNoise(T).match_distance);
+  const MutualFit fit = pair.fitInMap(T);
   const auto count = [](const PatchScan& scan) { return static_cast<std::size_t>(scan.patches.size()); };
   const std::size_t sources = count(pair.source()), targets = count(pair.target());
-  EquationStatisticsSum sum(sources, targets, 0.5 * static_cast<double>(tolerance.distance));
-  const auto add = [&](const PatchScan& from, const PatchScan& to, const Eigen::Isometry3d& motion, bool is_source) {
-    for (Eigen::Index i = 0; i < from.surface.points.cols(); ++i) {
-      const Eigen::Vector3d own = from.surface.points.col(i).cast<double>();
-      const Eigen::Vector3d p = motion * own;
-      const Eigen::Vector3d n = motion.linear() * from.surface.normals.col(i).cast<double>();
-      const int found = to.index.find(p.cast<float>(), n.cast<float>(), tolerance);
-      if (found < 0)
-        continue;
-      const PatchIndex::Meeting at = to.index.meet(found, p);
-      const auto patch = static_cast<std::size_t>(from.surface.patches[static_cast<std::size_t>(i)]);
-      const auto plane = static_cast<std::size_t>(found);
-      if (is_source)
-        sum.add(patch, plane, p, at.normal, at.distance, 1 / at.variance, 1);
-      else // it is the plane that moves: its distance to a fixed point shrinks along its normal
-        sum.add(plane, patch, own, T.linear() * at.normal, -at.distance, 1 / at.variance, 1);
-    }
-  };
-  add(pair.source(), pair.target(), T, true);
-  add(pair.target(), pair.source(), T.inverse(), false);
-  const Matrix6 a = aboutOrigin(pair.target().origin);
+  const Matrix6 a = aboutOrigin(fit.refinement.centre + pair.target().origin);
+  const double noise_floor = noiseFloor(pair.config().judgement.uncertainty, fit.refinement.rms);
   const std::size_t first = of_source ? 0 : sources;
   const auto columns = static_cast<Eigen::Index>(of_source ? sources : targets);
   PatchGradients result{PatchGradients::Columns(6, columns), PatchGradients::Columns(6, columns)};
   for (Eigen::Index k = 0; k < columns; ++k) {
-    const PatchSum& patch = sum.patches()[first + static_cast<std::size_t>(k)];
+    const PatchSum& patch = fit.patches[first + static_cast<std::size_t>(k)];
     result.gradients.col(k) = a * patch.gradient;
-    result.offsets.col(k) = a * patch.offset;
+    result.offsets.col(k) = noise_floor * (a * patch.offset);
   }
   return result;
 }

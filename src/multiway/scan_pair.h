@@ -129,7 +129,7 @@ equationsAt(const PreparedScan& source,
 struct PatchGradients {
   using Columns = Eigen::Matrix<double, 6, Eigen::Dynamic>;
   Columns gradients;
-  Columns offsets; ///< what it would add if the patch were off by 1 m along its normal
+  Columns offsets; ///< what it would add if the patch were off by the noise floor along its normal
 };
 
 /// \param[in] of_source the patches of the source, else those of the target

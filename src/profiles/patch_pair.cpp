@@ -4,6 +4,7 @@
 #include "profiles/patch_pair.h"
 
 #include "common/config_numbers.h"
+#include "judgement/pose_uncertainty.h"
 
 #include <algorithm>
 #include <cmath>
@@ -107,7 +108,7 @@ PatchPair::refinedFine(const Eigen::Isometry3d& T_target_source) const
   const RefinementConfig& c = config_.refinement;
   RefinementOptions options = refinement(
       config_.judgement.evidence.loose_match, c.fine_final, config_.judgement.evidence.normals, c.fine_steps);
-  options.min_step = config_.judgement.uncertainty.noise_floor;
+  options.min_step = c.match_noise;
   return refinePatches(source_.patches, target_.index, T_target_source, options).T_target_source;
 }
 
@@ -115,8 +116,16 @@ void
 PatchPair::polish(ScoredPose& pose) const
 {
   if (options_.refine && !outOfTime()) {
-    const Refinement refined = refineMutual(
-        source_.surface, source_.index, target_.surface, target_.index, pose.T_target_source, polishOptions());
+    RefinementOptions options = polishOptions();
+    const auto refinedFrom = [&](const Eigen::Isometry3d& T) {
+      return refineMutual(source_.surface, source_.index, target_.surface, target_.index, T, options);
+    };
+    Refinement refined = refinedFrom(pose.T_target_source);
+    const double distance = fitWithin(noiseRule(refined), refined.T_target_source).match_distance;
+    if (distance < options.final_distance) {
+      options.match.distance = static_cast<float>(distance);
+      refined = refinedFrom(refined.T_target_source);
+    }
     const Eigen::Isometry3d& T = refined.T_target_source;
     const bool near = isSamePlace(T, pose.T_target_source) && priors_.allow(T, Exactness::Refined);
     if (near && moveUnlessWorse(pose, T)) {
@@ -133,19 +142,44 @@ PatchPair::fitAt(const Eigen::Isometry3d& T_target_source) const
 {
   RefinementOptions options = lastStep();
   options.threads = threads_;
-  return refineMutual(source_.surface, source_.index, target_.surface, target_.index, T_target_source, options);
+  const Refinement wide =
+      refineMutual(source_.surface, source_.index, target_.surface, target_.index, T_target_source, options);
+  const MutualFit narrow = fitWithin(noiseRule(wide), T_target_source);
+  return narrow.match_distance < config_.judgement.evidence.match ? narrow.refinement : wide;
 }
 
 MutualFit
-PatchPair::fitByNoise(const Eigen::Isometry3d& T_target_source) const
+PatchPair::fitInMap(const Eigen::Isometry3d& T_target_source) const
 {
-  return fitMutual(source_.surface,
-                   source_.index,
-                   target_.surface,
-                   target_.index,
-                   T_target_source,
-                   lastStep(),
-                   config_.judgement.uncertainty.reach_deviations);
+  return fitWithin(noiseRule(), T_target_source);
+}
+
+NoiseRule
+PatchPair::noiseRule() const
+{
+  NoiseRule rule;
+  rule.deviations = config_.judgement.uncertainty.reach_deviations;
+  rule.most = config_.judgement.evidence.match;
+  rule.least = std::min(rule.most, 2 * rule.deviations * config_.refinement.match_noise);
+  return rule;
+}
+
+NoiseRule
+PatchPair::noiseRule(const Refinement& wide) const
+{
+  NoiseRule rule = noiseRule();
+  const double floor = noiseFloor(config_.judgement.uncertainty, wide.rms);
+  const std::vector<PrincipalMotion> motions = poseUncertainty(wide, floor).motions;
+  rule.pose_deviation = motions.empty() ? rule.most : motions.front().deviation;
+  return rule;
+}
+
+MutualFit
+PatchPair::fitWithin(const NoiseRule& rule, const Eigen::Isometry3d& T_target_source) const
+{
+  RefinementOptions options = lastStep();
+  options.threads = threads_;
+  return fitMutual(source_.surface, source_.index, target_.surface, target_.index, T_target_source, options, rule);
 }
 
 RefinementOptions
@@ -240,7 +274,7 @@ PatchPair::refinement(double reach, double final_distance, double angle, int ste
   options.match = tolerances(reach, angle).match;
   options.final_distance = final_distance;
   options.steps = steps;
-  options.least_rms = config_.judgement.uncertainty.noise_floor;
+  options.least_rms = config_.refinement.match_noise;
   options.unseen_curvature = config_.judgement.uncertainty.unseen_curvature;
   options.deadline = deadline_;
   options.vertical = priors_.vertical();

@@ -116,19 +116,19 @@ public:
   refinedFine(const Eigen::Isometry3d& T_target_source) const;
 
   /// Lay points of each scan onto the patches of the other, and move a finely judged pose there unless that walks away
-  /// or explains less, or Options::refine is off. ScoredPose::polish is the last step at the pose that it leaves.
+  /// or explains less, or Options::refine is off. ScoredPose::polish is of the pose that it leaves.
   void
   polish(ScoredPose& pose) const;
   /// How the surfaces are laid onto each other where the pose is all but exact: one step of refineMutual(), one thread.
   RefinementOptions
   lastStep() const;
 
-  /// The matches of the polish at a pose, which stays where it is: the Refinement's pose is one step further.
+  /// The matches of the polish at a pose, which stays where it is: the Refinement's pose may be one step further.
   Refinement
   fitAt(const Eigen::Isometry3d& T_target_source) const;
-  /// The same for a pose that other scans hold as well, so that narrow matches are enough: see fitMutual().
+  /// The same for a pose that other scans hold as well, so that matches as narrow as the noise allows are enough.
   MutualFit
-  fitByNoise(const Eigen::Isometry3d& T_target_source) const;
+  fitInMap(const Eigen::Isometry3d& T_target_source) const;
 
   /// Take a finely judged pose to where a refinement has led it, if it explains the scans about as well there, or
   /// better: a refinement may be drawn away by what moved, or by patches of few points. \return whether it moved
@@ -148,6 +148,14 @@ public:
 private:
   RefinementOptions
   polishOptions() const;
+  /// How the matches of the polish follow the noise, for a pose that is held by more than they are.
+  NoiseRule
+  noiseRule() const;
+  /// And for one that \p wide matches alone hold.
+  NoiseRule
+  noiseRule(const Refinement& wide) const;
+  MutualFit
+  fitWithin(const NoiseRule& rule, const Eigen::Isometry3d& T_target_source) const;
   VisibilityOptions
   tolerances(double distance, double angle) const;
   bool

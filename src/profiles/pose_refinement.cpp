@@ -218,7 +218,7 @@ PoseUncertainty
 uncertaintyOf(const PatchPair& pair, const ScoredPose& pose)
 {
   return pose.polish ? poseUncertainty(*pose.polish,
-                                       pair.config().judgement.uncertainty.noise_floor,
+                                       noiseFloor(pair.config().judgement.uncertainty, pose.polish->rms),
                                        pair.priors().rotationInformation())
                      : PoseUncertainty();
 }

@@ -7,6 +7,7 @@
 
 #include <Eigen/Core>
 
+#include <cmath>
 #include <cstddef>
 #include <vector>
 
@@ -35,6 +36,13 @@ struct PlaneEquations {
   fullHessian() const
   {
     return hessian.selfadjointView<Eigen::Lower>();
+  }
+
+  /// Weighted root mean square plane distance [m]; 0 without matches.
+  double
+  rms() const
+  {
+    return weight > 0 ? std::sqrt(squares / weight) : 0;
   }
 
   /// Where matches feel rotations [rad] as much as translations [m]: their root mean square arm [m]; 1 without any.

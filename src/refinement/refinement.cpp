@@ -134,7 +134,7 @@ refine(const Eigen::Isometry3d& T_start,
     result.hessian = equations.fullHessian();
     result.weight = equations.weight;
     result.matches = equations.matches;
-    result.rms = equations.weight > 0 ? std::sqrt(equations.squares / equations.weight) : 0;
+    result.rms = equations.rms();
     if (equations.matches < 3)
       break;
     if (options.vertical)
@@ -284,42 +284,80 @@ public:
     addInBlocks(source_.points.cols(), target_.points.cols(), threads, equations, addSource, addTarget);
   }
 
+  /// The plane distance of a match that follows from the noise of those found, of patches that face their sensors: what
+  /// finds a partner at any pose says nothing of the noise.
+  double
+  distanceByNoise(const Step& step, const NoiseRule& rule) const
+  {
+    if (2 * rule.deviations * rule.pose_deviation >= rule.most)
+      return rule.most;
+    WeightedDistances found;
+    forEachMatch(step, [&](std::size_t s, std::size_t t, const auto&, const auto&, double distance, double weight) {
+      if (!source_.facing[s] || !target_.facing[t])
+        return;
+      found.distances.push_back(distance);
+      found.weights.push_back(weight);
+    });
+    return matchDistanceByNoise(found, rule);
+  }
+
   /// Of the matches at the pose where the refinement ends; patches that do not face their sensors keep the share
   /// \p unseen_curvature of their curvature.
-  EquationStatistics
+  EquationStatisticsSum
   statistics(const Step& step, double unseen_curvature) const
+  {
+    EquationStatisticsSum sum(source_.facing.size(), target_.facing.size(), step.scale);
+    forEachMatch(step,
+                 [&](std::size_t s,
+                     std::size_t t,
+                     const Eigen::Vector3d& p,
+                     const Eigen::Vector3d& normal,
+                     double distance,
+                     double weight) {
+                   const double share = source_.facing[s] && target_.facing[t] ? 1 : unseen_curvature;
+                   sum.add(s, t, p - step.centre, normal, distance, weight, share);
+                 });
+    return sum;
+  }
+
+private:
+  /// Call \p visit(source patch, target patch, place, normal, distance, weight) for every match found; see
+  /// PlaneMatches.
+  template <typename Visit>
+  void
+  forEachMatch(const Step& step, const Visit& visit) const
   {
     const Eigen::Isometry3d& T = step.T_target_source;
     const Eigen::Isometry3d T_source_target = T.inverse();
     const auto farthest = static_cast<double>(step.tolerance.distance);
-    const auto shareOf = [&](std::size_t s, std::size_t t) {
-      return source_.facing[s] && target_.facing[t] ? 1 : unseen_curvature;
-    };
-    EquationStatisticsSum sum(source_.facing.size(), target_.facing.size(), step.scale);
     for (std::size_t i = 0; i < found_of_source_.size(); ++i) {
       if (found_of_source_[i] < 0)
         continue;
       const Eigen::Vector3d p = T * Eigen::Vector3d(source_.points.col(static_cast<Eigen::Index>(i)).cast<double>());
       const PatchIndex::Meeting at = target_planes_.meet(found_of_source_[i], p);
-      const auto s = static_cast<std::size_t>(source_.patches[i]);
-      const auto t = static_cast<std::size_t>(found_of_source_[i]);
       if (std::abs(at.distance) < farthest)
-        sum.add(s, t, p - step.centre, at.normal, at.distance, 1 / at.variance, shareOf(s, t));
+        visit(static_cast<std::size_t>(source_.patches[i]),
+              static_cast<std::size_t>(found_of_source_[i]),
+              p,
+              at.normal,
+              at.distance,
+              1 / at.variance);
     }
     for (std::size_t i = 0; i < found_of_target_.size(); ++i) {
       if (found_of_target_[i] < 0)
         continue;
       const Eigen::Vector3d q = target_.points.col(static_cast<Eigen::Index>(i)).cast<double>();
       const PatchIndex::Meeting at = source_planes_.meet(found_of_target_[i], T_source_target * q);
-      const auto s = static_cast<std::size_t>(found_of_target_[i]);
-      const auto t = static_cast<std::size_t>(target_.patches[i]);
       if (std::abs(at.distance) < farthest)
-        sum.add(s, t, q - step.centre, T.linear() * at.normal, -at.distance, 1 / at.variance, shareOf(s, t));
+        visit(static_cast<std::size_t>(found_of_target_[i]),
+              static_cast<std::size_t>(target_.patches[i]),
+              q,
+              Eigen::Vector3d(T.linear() * at.normal),
+              -at.distance,
+              1 / at.variance);
     }
-    return sum.statistics();
   }
 
-private:
   const SurfacePoints& source_;
   const PatchIndex& source_planes_;
   const SurfacePoints& target_;
@@ -348,7 +386,7 @@ refineMutual(const SurfacePoints& source,
       centre,
       options,
       [&](const Step& step, PlaneEquations& equations) { matches.addEquations(step, options.threads, equations); },
-      [&](const Step& step) { return matches.statistics(step, options.unseen_curvature); });
+      [&](const Step& step) { return matches.statistics(step, options.unseen_curvature).statistics(); });
 }
 
 MutualFit
@@ -358,16 +396,18 @@ fitMutual(const SurfacePoints& source,
           const PatchIndex& target_planes,
           const Eigen::Isometry3d& T_target_source,
           const RefinementOptions& options,
-          double deviations)
+          const NoiseRule& rule)
 {
-  constexpr double kConfirmed = 1.1; // times a distance: matches within it that call for no more than this confirm it
   MutualFit fit;
+  Refinement& here = fit.refinement;
+  here.T_target_source = T_target_source;
+  fit.patches.resize(source.facing.size() + target.facing.size());
   if (source.points.cols() == 0 || target.points.cols() == 0)
     return fit;
-  fit.centre = T_target_source * Eigen::Vector3d(source.points.cast<double>().rowwise().mean());
+  here.centre = T_target_source * Eigen::Vector3d(source.points.cast<double>().rowwise().mean());
   MutualMatches matches(source, source_planes, target, target_planes);
   const auto stepWithin = [&](double distance, bool find_matches) {
-    Step step = {T_target_source, fit.centre, options.match, 0.5 * distance, find_matches};
+    Step step = {T_target_source, here.centre, options.match, 0.5 * distance, find_matches};
     step.tolerance.distance = static_cast<float>(distance);
     return step;
   };
@@ -376,26 +416,21 @@ fitMutual(const SurfacePoints& source,
     matches.addEquations(step, options.threads, equations);
     return equations;
   };
-  const PlaneEquations all = equationsOf(stepWithin(options.final_distance, true));
-  fit.weight = all.weight;
-  fit.rms = all.weight > 0 ? std::sqrt(all.squares / all.weight) : 0;
-  PlaneEquations equations = all;
-  fit.match_distance = options.final_distance;
-  for (double distance = 2 * deviations * options.least_rms; distance < options.final_distance;) {
-    const PlaneEquations within = equationsOf(stepWithin(distance, false));
-    const bool are_most = 2 * within.matches > all.matches;
-    const double next = deviations * (are_most ? 2 * std::sqrt(within.squares / within.weight) : distance);
-    if (are_most && next <= kConfirmed * distance) {
-      equations = within;
-      fit.match_distance = distance;
-      break;
-    }
-    distance = std::max(next, kConfirmed * distance);
-  }
-  fit.hessian = equations.fullHessian();
+  const Step wide = stepWithin(rule.most, true);
+  const PlaneEquations all = equationsOf(wide);
+  fit.wide_weight = all.weight;
+  fit.wide_rms = all.rms();
+  fit.match_distance = matches.distanceByNoise(wide, rule);
+  const Step narrow = stepWithin(fit.match_distance, false);
+  const PlaneEquations equations = equationsOf(narrow);
+  here.hessian = equations.fullHessian();
+  here.weight = equations.weight;
+  here.rms = equations.rms();
+  here.matches = equations.matches;
   fit.gradient = equations.gradient;
-  fit.matches = equations.matches;
-  fit.statistics = matches.statistics(stepWithin(fit.match_distance, false), options.unseen_curvature);
+  const EquationStatisticsSum statistics = matches.statistics(narrow, options.unseen_curvature);
+  here.statistics = statistics.statistics();
+  fit.patches = statistics.patches();
   return fit;
 }
 

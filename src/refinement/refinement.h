@@ -6,6 +6,7 @@
 #include "preparation/patch_index.h"
 #include "preparation/planar_patches.h"
 #include "refinement/plane_equations.h"
+#include "refinement/robust_scale.h"
 
 #include <pcl_ssfr/deadline.h>
 
@@ -28,10 +29,10 @@ struct KnownVertical {
 
 /// Options of the robust plane-to-plane refinement (METHOD, "Refinement").
 struct RefinementOptions {
-  PatchIndex::Tolerance match;                        ///< of the first step; distances shrink from step to step
-  double final_distance = 0.05;                       ///< plane distance allowed in the last step [m], > 0
-  int steps = 8;                                      ///< >= 1
-  double least_rms = UncertaintyConfig{}.noise_floor; ///< what matches are good to, at best [m], > 0
+  PatchIndex::Tolerance match;                       ///< of the first step; distances shrink from step to step
+  double final_distance = 0.05;                      ///< plane distance allowed in the last step [m], > 0
+  int steps = 8;                                     ///< >= 1
+  double least_rms = RefinementConfig{}.match_noise; ///< what matches are good to, at best [m], > 0
   double unseen_curvature = UncertaintyConfig{}.unseen_curvature; ///< share of matches that do not face their sensor
   double min_step = 1e-5;                ///< stop when a step at the final distance is smaller ([m] and [rad])
   int threads = 1;                       ///< of refineMutual(), >= 1; the bits do not depend on it
@@ -96,25 +97,16 @@ refineMutual(const SurfacePoints& source,
 
 /// The matches of two scans at a pose, linearised there.
 struct MutualFit {
-  Eigen::Vector3d centre = Eigen::Vector3d::Zero(); ///< what the equations are about, target frame [m]
-  Eigen::Matrix<double, 6, 6> hessian = Eigen::Matrix<double, 6, 6>::Zero();  ///< as Refinement::hessian
+  Refinement refinement;                                                      ///< of no steps
   Eigen::Matrix<double, 6, 1> gradient = Eigen::Matrix<double, 6, 1>::Zero(); ///< sum of weight distance J
-  EquationStatistics statistics;
-  double match_distance = 0; ///< plane distance of a match, twice the robust scale [m]
-  double weight = 0;         ///< of all matches within RefinementOptions::final_distance, its half the robust scale
-  double rms = 0;            ///< root mean square plane distance of those [m]
-  Eigen::Index matches = 0;
+  std::vector<PatchSum> patches; ///< of each patch of the source, then of the target
+  double match_distance = 0;     ///< plane distance of a match, twice the robust scale [m]
+  double wide_weight = 0;        ///< of all matches within NoiseRule::most, its half the robust scale
+  double wide_rms = 0;           ///< root mean square plane distance of those [m]
 };
 
-/** \brief The matches of the polish at a pose, with a robust scale that follows the noise.
- *
- * Where matches are good to millimetres, what lies centimetres off a plane is not of that plane, and pulls. So the
- * scale is the smallest one that takes in most of the matches and is \p deviations times the root mean square distance
- * that it leaves, and at most half of the final distance. Fewer may meet by chance where the pose is not exact.
- *
- * \param[in] options start, number and end of steps are not read, nor is a vertical
- * \param[in] deviations > 1
- */
+/// The matches of the polish at a pose, as far apart as \p rule says. Start, number and end of steps and the final
+/// distance are not read from the options, nor is a vertical.
 MutualFit
 fitMutual(const SurfacePoints& source,
           const PatchIndex& source_planes,
@@ -122,7 +114,7 @@ fitMutual(const SurfacePoints& source,
           const PatchIndex& target_planes,
           const Eigen::Isometry3d& T_target_source,
           const RefinementOptions& options,
-          double deviations);
+          const NoiseRule& rule);
 
 /// Small motion (w, v) as a rigid transform: rotation by w [rad], then translation by v [m].
 Eigen::Isometry3d

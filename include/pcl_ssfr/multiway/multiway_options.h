@@ -126,7 +126,6 @@ struct AdjustmentConfig {
   /// 1 / n^4 of the diagonal, and a damping above that keeps it bent and calls it exact. Of 547 scans a thousandth of
   /// it gives the same poses and covariances.
   double damping_of_row = 10;
-  double noise_floor = 0.001; ///< [m] no patch is better known
 };
 
 /// Everything that can be set of a multiway registration. The defaults need no change.
