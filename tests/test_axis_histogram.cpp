@@ -11,7 +11,7 @@
 #include <map>
 #include <stdexcept>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_axis_histogram {
 namespace {
 
 OrientedSamples
@@ -156,4 +156,4 @@ TEST(AxisHistogram, SmoothsByAMean)
 }
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_axis_histogram

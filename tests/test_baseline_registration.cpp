@@ -19,7 +19,7 @@
 #include <type_traits>
 #include <vector>
 
-namespace pcl_ssfr::baselines {
+namespace pcl_ssfr::baselines::test_baseline_registration {
 namespace {
 
 using pcl_ssfr::testing::castScanWithNormals;
@@ -323,7 +323,7 @@ TYPED_TEST(BaselineInstantiation, LinksAndAligns)
               IsPoseNear(this->pair.T_target_source, kMaxRotation, kMaxTranslation));
 }
 
-TEST(FastGlobalRegistration, NormalsOfTheOutputAreRotated)
+TEST(FastGlobalRegistrationNormals, NormalsOfTheOutputAreRotated)
 {
   const ScanPair<pcl::PointNormal> pair = makePair<pcl::PointNormal>();
   FastGlobalRegistration<pcl::PointNormal, pcl::PointNormal> method;
@@ -337,4 +337,4 @@ TEST(FastGlobalRegistration, NormalsOfTheOutputAreRotated)
 }
 
 } // namespace
-} // namespace pcl_ssfr::baselines
+} // namespace pcl_ssfr::baselines::test_baseline_registration

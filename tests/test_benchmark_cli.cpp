@@ -29,7 +29,7 @@
 #include <thread>
 #include <unistd.h>
 
-namespace pcl_ssfr::apps {
+namespace pcl_ssfr::apps::test_benchmark_cli {
 namespace {
 
 using ::testing::AllOf;
@@ -772,4 +772,4 @@ TEST_F(BenchmarkProgram, ranksOfMpiGiveTheSameResults)
 }
 
 } // namespace
-} // namespace pcl_ssfr::apps
+} // namespace pcl_ssfr::apps::test_benchmark_cli

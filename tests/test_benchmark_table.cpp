@@ -19,7 +19,7 @@
 #include <filesystem>
 #include <functional>
 
-namespace pcl_ssfr::apps {
+namespace pcl_ssfr::apps::test_benchmark_table {
 namespace {
 
 using ::testing::AllOf;
@@ -704,4 +704,4 @@ TEST_F(Store, candidatesNameTheirRowAndThoseOfALostRowGo)
 }
 
 } // namespace
-} // namespace pcl_ssfr::apps
+} // namespace pcl_ssfr::apps::test_benchmark_table

@@ -20,7 +20,7 @@
 #include <cmath>
 #include <sstream>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_cli {
 namespace {
 
 using ::testing::AllOf;
@@ -278,7 +278,7 @@ struct Outcome {
   std::string errors;
 };
 
-class Program : public ::testing::Test {
+class AlignProgram : public ::testing::Test {
 protected:
   Outcome
   run(const std::string& arguments) const
@@ -325,7 +325,7 @@ protected:
   TemporaryFolder folder_;
 };
 
-TEST_F(Program, helpAndVersion)
+TEST_F(AlignProgram, helpAndVersion)
 {
   const Outcome help = run("--help");
   EXPECT_EQ(help.code, 0);
@@ -336,7 +336,7 @@ TEST_F(Program, helpAndVersion)
   EXPECT_THAT(version.output, StartsWith("ssfr_align "));
 }
 
-TEST_F(Program, everyErrorIsOneLineThatNamesTheThing)
+TEST_F(AlignProgram, everyErrorIsOneLineThatNamesTheThing)
 {
   io::writeFile(folder_.file("good.xyz"), "1 2 3\n");
   io::writeFile(folder_.file("bad.xyz"), "1 2 3\n4 five 6\n");
@@ -367,7 +367,7 @@ TEST_F(Program, everyErrorIsOneLineThatNamesTheThing)
   }
 }
 
-TEST_F(Program, tooFewPointsIsNotAligned)
+TEST_F(AlignProgram, tooFewPointsIsNotAligned)
 {
   io::writeFile(folder_.file("few.xyz"), "1 2 3\n4 5 6\n");
   const std::string pair = folder_.file("few.xyz") + " " + folder_.file("few.xyz");
@@ -387,7 +387,7 @@ TEST_F(Program, tooFewPointsIsNotAligned)
   EXPECT_THAT(run(pair).output, HasSubstr("Not aligned, too_few_points"));
 }
 
-TEST_F(Program, alignsARoomWithOffsetsAndWritesEverything)
+TEST_F(AlignProgram, alignsARoomWithOffsetsAndWritesEverything)
 {
   // The target lies in a map frame, the source was rotated: only double arithmetic keeps the millimetres.
   const Eigen::Isometry3d T_target_room(Eigen::Translation3d(691234.5, 5312345.25, 412.125));
@@ -448,7 +448,7 @@ TEST_F(Program, alignsARoomWithOffsetsAndWritesEverything)
   }
 }
 
-TEST_F(Program, distancesInAMapAreThoseAtTheScan)
+TEST_F(AlignProgram, distancesInAMapAreThoseAtTheScan)
 {
   // Both scans in one map frame: the pose is near the identity, and so are the distances of other poses.
   const Eigen::Isometry3d T_map_room(Eigen::Translation3d(691234.5, 5312345.25, 412.125));
@@ -469,7 +469,7 @@ TEST_F(Program, distancesInAMapAreThoseAtTheScan)
   EXPECT_GT(others, 0U) << result.output;
 }
 
-TEST_F(Program, scansOfOneE57File)
+TEST_F(AlignProgram, scansOfOneE57File)
 {
   const Eigen::Isometry3d T_source_room =
       Eigen::Translation3d(2, -1, 0.5) * Eigen::AngleAxisd(2.6, Eigen::Vector3d::UnitZ());
@@ -507,7 +507,7 @@ TEST_F(Program, scansOfOneE57File)
   EXPECT_THAT(same.errors, HasSubstr("--output: "));
 }
 
-TEST_F(Program, refinersStartFromTheGuess)
+TEST_F(AlignProgram, refinersStartFromTheGuess)
 {
   const Eigen::Isometry3d T_source_room =
       Eigen::Translation3d(2, -1, 0.5) * Eigen::AngleAxisd(0.6, Eigen::Vector3d::UnitZ());
@@ -532,4 +532,4 @@ TEST_F(Program, refinersStartFromTheGuess)
 }
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_cli

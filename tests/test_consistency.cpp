@@ -11,7 +11,7 @@
 #include <vector>
 
 // Whether Result::information says how far a pose is off: the squared errors of simulated scans over what is claimed.
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_consistency {
 namespace {
 
 using Vector6 = Eigen::Matrix<double, 6, 1>;
@@ -84,4 +84,4 @@ INSTANTIATE_TEST_SUITE_P(Sensors,
                          ::testing::Values("leica_p20", "velodyne_hdl32e", "livox_mid360", "velodyne_vlp16"));
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_consistency

@@ -10,7 +10,7 @@
 #include <limits>
 #include <utility>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_correspondence_distance {
 namespace {
 
 constexpr double kMost = 0.3; // [m]
@@ -96,4 +96,4 @@ TEST(CorrespondenceDistance, IsNothingWithoutMatchesAndNoLessThanTheNoiseFloor)
 }
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_correspondence_distance

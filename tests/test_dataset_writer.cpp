@@ -21,7 +21,7 @@
 #include <sstream>
 #include <thread>
 
-namespace pcl_ssfr::simulation {
+namespace pcl_ssfr::simulation::test_dataset_writer {
 namespace {
 
 namespace fs = std::filesystem;
@@ -350,4 +350,4 @@ TEST(Progress, silentIsSilentAndABarIsRemoved)
 }
 
 } // namespace
-} // namespace pcl_ssfr::simulation
+} // namespace pcl_ssfr::simulation::test_dataset_writer

@@ -10,7 +10,7 @@
 #include <limits>
 #include <thread>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_deadline {
 namespace {
 
 TEST(Deadline, NeverComesByDefault)
@@ -65,4 +65,4 @@ TEST(Deadline, ProcessorTimeDoesNotPassWhileNothingIsDone)
 }
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_deadline

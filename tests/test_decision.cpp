@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_decision {
 namespace {
 
 using ::testing::HasSubstr;
@@ -461,4 +461,4 @@ TEST(Decision, AcceptsOnlyWhatItIsSureOfAndForAnyUnitOfLength)
 }
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_decision

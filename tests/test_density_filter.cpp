@@ -10,7 +10,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_density_filter {
 namespace {
 
 /// A unit vector near \p centre: Gaussian noise of \p sigma in each coordinate, normalised.
@@ -287,4 +287,4 @@ TEST(DensityFilter, TiesGoToTheSmallerColumn)
 }
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_density_filter

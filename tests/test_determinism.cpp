@@ -14,7 +14,7 @@
 #include <filesystem>
 #include <vector>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_determinism {
 namespace {
 
 using pcl_ssfr::testing::kNoRealScans;
@@ -125,4 +125,4 @@ INSTANTIATE_TEST_SUITE_P(Profiles,
                          });
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_determinism

@@ -13,7 +13,7 @@
 #include <tuple>
 #include <vector>
 
-namespace pcl_ssfr::baselines {
+namespace pcl_ssfr::baselines::test_distance_transform {
 namespace {
 
 using testing::Random;
@@ -177,4 +177,4 @@ TEST(DistanceTransform, BadArguments)
 }
 
 } // namespace
-} // namespace pcl_ssfr::baselines
+} // namespace pcl_ssfr::baselines::test_distance_transform

@@ -14,7 +14,7 @@
 #include <filesystem>
 #include <random>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_e57 {
 namespace {
 
 using namespace testing;
@@ -638,4 +638,4 @@ TEST_F(RealE57, colouredAndSpherical)
 }
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_e57

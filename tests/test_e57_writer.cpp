@@ -11,7 +11,7 @@
 
 #include <cmath>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_e57_writer {
 namespace {
 
 using namespace testing;
@@ -247,4 +247,4 @@ TEST_F(E57Writer, sameScansSameBytesAndErrors)
 }
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_e57_writer

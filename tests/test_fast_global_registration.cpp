@@ -18,7 +18,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ssfr::baselines {
+namespace pcl_ssfr::baselines::test_fast_global_registration {
 namespace {
 
 using pcl_ssfr::testing::castScan;
@@ -493,4 +493,4 @@ TEST(FastGlobalRegistration, RefusesOptionsByName)
 }
 
 } // namespace
-} // namespace pcl_ssfr::baselines
+} // namespace pcl_ssfr::baselines::test_fast_global_registration

@@ -19,7 +19,7 @@
 #include <thread>
 #include <vector>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_finite_query_kdtree {
 namespace {
 
 using Point = pcl::PointXYZ;
@@ -235,4 +235,4 @@ TEST(FiniteQueryKdTree, FirstQueryFromManyThreads)
 }
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_finite_query_kdtree

@@ -9,7 +9,7 @@
 #include <cmath>
 #include <limits>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_gaussian_sphere {
 namespace {
 
 OrientedSamples
@@ -89,4 +89,4 @@ TEST(GaussianSphere, ChordsAndAnglesAreInverse)
 }
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_gaussian_sphere

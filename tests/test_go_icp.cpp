@@ -22,7 +22,7 @@
 #include <thread>
 #include <vector>
 
-namespace pcl_ssfr::baselines {
+namespace pcl_ssfr::baselines::test_go_icp {
 namespace {
 
 using ::testing::HasSubstr;
@@ -591,4 +591,4 @@ TEST(GoIcp, BadOptionsAreNamed)
 }
 
 } // namespace
-} // namespace pcl_ssfr::baselines
+} // namespace pcl_ssfr::baselines::test_go_icp

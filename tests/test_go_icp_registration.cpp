@@ -18,7 +18,7 @@
 #include <limits>
 #include <numeric>
 
-namespace pcl_ssfr::baselines {
+namespace pcl_ssfr::baselines::test_go_icp_registration {
 namespace {
 
 using ::testing::HasSubstr;
@@ -195,4 +195,4 @@ TEST(GoIcpRegistrationFailure, BadCloudsAndOptionsDoNotCrash)
 }
 
 } // namespace
-} // namespace pcl_ssfr::baselines
+} // namespace pcl_ssfr::baselines::test_go_icp_registration

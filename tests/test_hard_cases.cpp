@@ -18,9 +18,9 @@
 #include <string>
 #include <vector>
 
+namespace pcl_ssfr::test_hard_cases {
 namespace {
 
-using namespace pcl_ssfr;
 using namespace pcl_ssfr::testing;
 using simulation::DatasetPlan;
 
@@ -302,3 +302,4 @@ TEST(Repetition, RoundHallIsNeverBelievedAtTheWrongTurn)
 }
 
 } // namespace
+} // namespace pcl_ssfr::test_hard_cases

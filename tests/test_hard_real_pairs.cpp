@@ -24,9 +24,9 @@
 #include <utility>
 #include <vector>
 
+namespace pcl_ssfr::test_hard_real_pairs {
 namespace {
 
-using namespace pcl_ssfr;
 using namespace pcl_ssfr::testing;
 namespace fs = std::filesystem;
 
@@ -242,3 +242,4 @@ INSTANTIATE_TEST_SUITE_P(
                       Row{"ten times coarser source", "hall_livox_balm", {0, 40, 80, 120}, 1, every(10), {}}));
 
 } // namespace
+} // namespace pcl_ssfr::test_hard_real_pairs

@@ -11,7 +11,7 @@
 #include <cmath>
 #include <stdexcept>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_histogram_correlation {
 namespace {
 
 AxisHistogram
@@ -253,4 +253,4 @@ TEST(CorrelationPeaks, ParabolaFindsTheTopBetweenBins)
 }
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_histogram_correlation

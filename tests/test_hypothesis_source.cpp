@@ -15,7 +15,7 @@
 #include <optional>
 #include <vector>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_hypothesis_source {
 namespace {
 
 using testing::IsPoseNear;
@@ -347,4 +347,4 @@ TEST_F(HypothesesOfARoom, WhereTheTimeHasRunOutOnlyTheGuessIsLeft)
 }
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_hypothesis_source

@@ -27,7 +27,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_initial_guess {
 namespace {
 
 using pcl_ssfr::testing::findPair;
@@ -183,4 +183,4 @@ INSTANTIATE_TEST_SUITE_P(RealScans,
                          nameOf);
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_initial_guess

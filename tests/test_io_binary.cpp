@@ -7,7 +7,7 @@
 
 #include <cmath>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_io_binary {
 namespace {
 
 using testing::bytesOf;
@@ -263,4 +263,4 @@ TEST(BinaryFormats, mutationsNeverCrash)
 }
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_io_binary

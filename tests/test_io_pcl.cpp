@@ -14,7 +14,7 @@
 
 #include <cmath>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_io_pcl {
 namespace {
 
 using testing::errorOf;
@@ -213,7 +213,7 @@ TEST(PclFormats, headersAreBounded)
 }
 
 // LZF makes at most 264 bytes of 3: a header that promises more reserves no memory for it.
-TEST(Pcd, compressionIsBounded)
+TEST(CompressedPcd, compressionIsBounded)
 {
   const auto withSizes = [](std::uint32_t packed, std::uint32_t points) {
     return "FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nWIDTH " + std::to_string(points) + "\nDATA binary_compressed\n" +
@@ -236,4 +236,4 @@ TEST(PclFormats, mutationsNeverCrash)
 }
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_io_pcl

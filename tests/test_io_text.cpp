@@ -18,7 +18,7 @@
 #include <fstream>
 #include <random>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_io_text {
 namespace {
 
 using ::testing::AllOf;
@@ -451,4 +451,4 @@ TEST(Transforms, onlyRigidMotions)
 }
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_io_text

@@ -8,7 +8,7 @@
 
 #include <gtest/gtest.h>
 
-namespace pcl_ssfr::apps {
+namespace pcl_ssfr::apps::test_lost_stage {
 namespace {
 
 using Eigen::AngleAxisd;
@@ -177,4 +177,4 @@ TEST(FindLostStage, doesNotDependOnLargeCoordinates)
 }
 
 } // namespace
-} // namespace pcl_ssfr::apps
+} // namespace pcl_ssfr::apps::test_lost_stage

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_mean_shift {
 namespace {
 
 constexpr double kDegree = 3.14159265358979323846 / 180;
@@ -141,4 +141,4 @@ TEST(MeanShift, EndsAtTheBoundOfIterations)
 }
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_mean_shift

@@ -11,7 +11,7 @@
 #include <cmath>
 #include <random>
 
-namespace pcl_ssfr::apps {
+namespace pcl_ssfr::apps::test_measures {
 namespace {
 
 using Eigen::AngleAxisd;
@@ -263,4 +263,4 @@ TEST(Summarize, keepsVariationsApartAndOneDatasetOnce)
 }
 
 } // namespace
-} // namespace pcl_ssfr::apps
+} // namespace pcl_ssfr::apps::test_measures

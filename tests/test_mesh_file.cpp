@@ -13,7 +13,7 @@
 #include <filesystem>
 #include <fstream>
 
-namespace pcl_ssfr::simulation {
+namespace pcl_ssfr::simulation::test_mesh_file {
 namespace {
 
 using ::testing::AllOf;
@@ -188,4 +188,4 @@ TEST_F(MeshFile, RubbishNeverCrashes)
 }
 
 } // namespace
-} // namespace pcl_ssfr::simulation
+} // namespace pcl_ssfr::simulation::test_mesh_file

@@ -19,7 +19,7 @@
 #include <vector>
 
 // Buildings whose parts repeat, rooms behind doors, traffic, and scans that are taken at stations.
-namespace pcl_ssfr::simulation {
+namespace pcl_ssfr::simulation::test_misleading_scenes {
 namespace {
 
 using Eigen::Vector3d;
@@ -316,7 +316,7 @@ TEST(SeveralSensors, TakeScansInTurn)
   EXPECT_NEAR(prepared.T_world_sensor[1].translation().z() - one.T_world_sensor[1].translation().z(), 0.1, 1e-9);
 }
 
-TEST(VisibleOverlap, IsThatOfTheTargetsOwnView)
+TEST(OverlapOfUnlikeSensors, IsThatOfTheTargetsOwnView)
 {
   // A sensor that looks ahead sees a third of what one all round sees, which sees nearly all of the former.
   const Scene scene = makeScene("plant_hall", 1);
@@ -371,4 +371,4 @@ TEST(Snap, PutsEverythingOnTheGrid)
 }
 
 } // namespace
-} // namespace pcl_ssfr::simulation
+} // namespace pcl_ssfr::simulation::test_misleading_scenes

@@ -15,7 +15,7 @@
 #include <limits>
 #include <set>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_multiway_candidates {
 namespace {
 
 using ::testing::ElementsAre;
@@ -411,4 +411,4 @@ TEST(CandidatePairs, littleAndNothing)
 }
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_multiway_candidates

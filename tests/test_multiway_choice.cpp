@@ -19,7 +19,7 @@
 #include <cmath>
 #include <limits>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_multiway_choice {
 namespace {
 
 using ::testing::Each;
@@ -602,4 +602,4 @@ TEST(JointAdjustment, whatNothingDeterminesStays)
 }
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_multiway_choice

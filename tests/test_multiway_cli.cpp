@@ -35,7 +35,7 @@
 #include <sstream>
 #include <thread>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_multiway_cli {
 namespace {
 
 using ::testing::ElementsAre;
@@ -51,7 +51,7 @@ struct Outcome {
 };
 
 /// Four scans of a room in a folder, with their poses, made once.
-class Program : public ::testing::Test {
+class MapProgram : public ::testing::Test {
 protected:
   static void
   SetUpTestSuite()
@@ -117,7 +117,7 @@ protected:
   TemporaryFolder out_;
 };
 
-TEST_F(Program, placesAFolderAndWritesEverything)
+TEST_F(MapProgram, placesAFolderAndWritesEverything)
 {
   const Outcome result =
       run("'" + scans() + "' --out '" + out() + "' --truth '" + folder_->file("poses.txt") + "' --merged '" +
@@ -195,7 +195,7 @@ TEST_F(Program, placesAFolderAndWritesEverything)
   EXPECT_EQ(nlohmann::json::parse(again.out)["components"], 1);
 }
 
-TEST_F(Program, whatWasKilledGoesOnToTheSameMap)
+TEST_F(MapProgram, whatWasKilledGoesOnToTheSameMap)
 {
   ASSERT_EQ(run("'" + scans() + "' --out '" + out("whole") + "' --threads 1").code, 0);
   const pid_t child = fork();
@@ -214,7 +214,7 @@ TEST_F(Program, whatWasKilledGoesOnToTheSameMap)
   EXPECT_EQ(io::readFile(out("killed") + "/links.csv"), io::readFile(out("whole") + "/links.csv"));
 }
 
-TEST_F(Program, severalComponentsAreCodeOneAndMendedByHand)
+TEST_F(MapProgram, severalComponentsAreCodeOneAndMendedByHand)
 {
   std::string reject;
   for (const char* other : {"s0", "s1.pcd", "'a, b'"})
@@ -241,7 +241,7 @@ TEST_F(Program, severalComponentsAreCodeOneAndMendedByHand)
   EXPECT_THAT(both.err, HasSubstr("the link s0.pcd, s3.pcd is both accepted and rejected"));
 }
 
-TEST_F(Program, nothingThatIsReadOrOfAnotherIsReplaced)
+TEST_F(MapProgram, nothingThatIsReadOrOfAnotherIsReplaced)
 {
   std::filesystem::create_directories(out("in"));
   for (const char* name : {"s0.pcd", "s1.pcd", "s3.pcd"})
@@ -276,7 +276,7 @@ TEST_F(Program, nothingThatIsReadOrOfAnotherIsReplaced)
   EXPECT_FALSE(std::filesystem::exists(out() + "/poses.tum"));
 }
 
-TEST_F(Program, namesThatLookLikeSomethingElse)
+TEST_F(MapProgram, namesThatLookLikeSomethingElse)
 {
   std::filesystem::create_directories(out("in"));
   std::filesystem::copy(scans() + "/s0.pcd", out("in") + "/#1.pcd");
@@ -291,7 +291,7 @@ TEST_F(Program, namesThatLookLikeSomethingElse)
   EXPECT_EQ(nlohmann::json::parse(again.out)["truth"]["placed"], 2);
 }
 
-TEST_F(Program, aBrokenScanIsOneRow)
+TEST_F(MapProgram, aBrokenScanIsOneRow)
 {
   std::filesystem::create_directories(out("in"));
   std::filesystem::copy(scans(), out("in"), std::filesystem::copy_options::recursive);
@@ -321,7 +321,7 @@ byFirstField(const std::vector<std::vector<std::string>>& rows)
   return found;
 }
 
-TEST_F(Program, allScansOfAnE57File)
+TEST_F(MapProgram, allScansOfAnE57File)
 {
   if (!PCL_SSFR_READS_E57)
     GTEST_SKIP() << "built without pugixml";
@@ -416,7 +416,7 @@ coloursOf(const pcl::PCLPointCloud2& table)
   return colours;
 }
 
-TEST_F(Program, scansAreWrittenWithTheirPoses)
+TEST_F(MapProgram, scansAreWrittenWithTheirPoses)
 {
   std::filesystem::create_directories(out("in"));
   const Eigen::Vector3d sensor(1, -2, 0.5);
@@ -570,7 +570,7 @@ writeLines(const std::string& path, const std::vector<std::string>& lines)
     file << line << "\n";
 }
 
-TEST_F(Program, theMapIsLaidOntoControl)
+TEST_F(MapProgram, theMapIsLaidOntoControl)
 {
   const std::string begin = "'" + scans() + "' --out '" + out() + "' --control '" + out("control.csv") + "' --json -";
   std::vector<std::string> lines = controlOf(folder_->file("poses.txt"));
@@ -604,7 +604,7 @@ TEST_F(Program, theMapIsLaidOntoControl)
   EXPECT_NEAR(std::stod(note.substr(std::string("control s3 door is ").size())), 1e6, 0.1);
 }
 
-TEST_F(Program, controlThatDoesNotFitLosesNothing)
+TEST_F(MapProgram, controlThatDoesNotFitLosesNothing)
 {
   std::vector<std::string> lines = controlOf(folder_->file("poses.txt"));
   const std::string begin = "'" + scans() + "' --out '" + out() + "' --control '" + out("control.csv") + "'";
@@ -643,7 +643,7 @@ TEST_F(Program, controlThatDoesNotFitLosesNothing)
   EXPECT_THAT(unknown.err, HasSubstr("nowhere"));
 }
 
-TEST_F(Program, whatIsWrongIsOneLineThatNamesIt)
+TEST_F(MapProgram, whatIsWrongIsOneLineThatNamesIt)
 {
   const std::string in = "'" + scans() + "'";
   io::writeFile(out("other.txt"), "z.pcd 1 2 3 0 0 0 1\n");
@@ -691,7 +691,7 @@ TEST_F(Program, whatIsWrongIsOneLineThatNamesIt)
   EXPECT_THAT(run("--version").out, StartsWith("ssfr_map "));
 }
 
-TEST_F(Program, noScanThatCanBeUsed)
+TEST_F(MapProgram, noScanThatCanBeUsed)
 {
   std::filesystem::create_directories(out("bad"));
   for (const char* name : {"/1.pcd", "/2.pcd"})
@@ -844,4 +844,4 @@ TEST(MapTruth, aBentStreetIsOneFrameAndAScanAsideIsWrong)
 }
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_multiway_cli

@@ -12,7 +12,7 @@
 #include <limits>
 #include <vector>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_multiway_furniture {
 namespace {
 
 using Points = std::vector<Eigen::Vector3f>;
@@ -122,4 +122,4 @@ TEST(Furniture, ofAScanWithoutPointsIsNone)
 }
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_multiway_furniture

@@ -13,7 +13,7 @@
 
 #include <algorithm>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_multiway_misleading {
 namespace {
 
 /// Eight scans of a hall whose bays are alike, each in the frame of its sensor.
@@ -97,4 +97,4 @@ TEST_F(BaysAlike, areNotLaidOntoEachOtherAndWhatIsSureIsPlaced)
 }
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_multiway_misleading

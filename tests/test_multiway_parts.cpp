@@ -13,7 +13,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_multiway_parts {
 namespace {
 
 using ::testing::ElementsAre;
@@ -202,4 +202,4 @@ TEST(SameStations, areOfThreeScansThatSeeTheSame)
 }
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_multiway_parts

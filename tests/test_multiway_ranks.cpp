@@ -27,7 +27,7 @@
 #include <set>
 #include <thread>
 
-namespace pcl_ssfr::apps {
+namespace pcl_ssfr::apps::test_multiway_ranks {
 namespace {
 
 using ::testing::HasSubstr;
@@ -473,4 +473,4 @@ TEST_F(Job, whatIsWrongIsSaidOnce)
 }
 
 } // namespace
-} // namespace pcl_ssfr::apps
+} // namespace pcl_ssfr::apps::test_multiway_ranks

@@ -27,7 +27,7 @@
 #include <fstream>
 #include <limits>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_multiway_registration {
 namespace {
 
 using ::testing::HasSubstr;
@@ -869,4 +869,4 @@ TEST(ProjectFile, linksComeOutAsTheyWentInAndOnlyOfTheSameSettings)
 }
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_multiway_registration

@@ -11,7 +11,7 @@
 #include <functional>
 #include <random>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_multiway_rival_groups {
 namespace {
 
 using ::testing::ElementsAre;
@@ -134,4 +134,4 @@ TEST(Hanging, theWorstScanGoesFirstAndClearsTheOthers)
 }
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_multiway_rival_groups

@@ -9,7 +9,7 @@
 
 #include <gmock/gmock.h>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_multiway_storeys {
 namespace {
 
 using testing::addPatch;
@@ -105,4 +105,4 @@ TEST_F(Storeys, noScansNoDoubt)
 }
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_multiway_storeys

@@ -11,7 +11,7 @@
 #include <limits>
 #include <stdexcept>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_neighbor_index {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
@@ -128,4 +128,4 @@ TEST(NeighborIndex, CopiesShareTheTree)
 }
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_neighbor_index

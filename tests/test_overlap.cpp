@@ -9,7 +9,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_overlap {
 namespace {
 
 Points3
@@ -93,4 +93,4 @@ TEST(Overlap, EmptyIn)
 }
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_overlap

@@ -19,10 +19,8 @@
 #include <set>
 #include <stdexcept>
 
+namespace pcl_ssfr::apps::test_pair_variants {
 namespace {
-
-using namespace pcl_ssfr;
-using namespace pcl_ssfr::apps;
 
 /// Points on a circle of 360, one a degree, at ranges 1, 2, 3, ... [m].
 pcl::PointCloud<pcl::PointXYZ>
@@ -356,3 +354,4 @@ TEST_F(VariedPair, EveryFieldIsKeptAndTellsRowsApart)
 }
 
 } // namespace
+} // namespace pcl_ssfr::apps::test_pair_variants

@@ -19,7 +19,7 @@
 #include <limits>
 #include <map>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_paper_normals {
 namespace {
 
 using testing::viewOfPoints;
@@ -278,4 +278,4 @@ TEST(VoxelSampling, AgreesWithAMapOfVoxels)
 }
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_paper_normals

@@ -15,7 +15,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_paper_profile {
 namespace {
 
 using testing::IsPoseNear;
@@ -376,4 +376,4 @@ TEST(PaperProfile, RefusesBadOptions)
 }
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_paper_profile

@@ -28,7 +28,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_patch_config {
 namespace {
 
 using testing::viewOfPoints;
@@ -412,4 +412,4 @@ TEST(PatchConfig, ErrorsNameTheFieldAndItsValue)
 }
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_patch_config

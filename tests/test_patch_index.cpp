@@ -11,7 +11,7 @@
 #include <numeric>
 #include <set>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_patch_index {
 namespace {
 
 using testing::addPatch;
@@ -552,4 +552,4 @@ TEST(PatchIndex, KeepsPlacesFarFromTheOrigin)
 }
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_patch_index

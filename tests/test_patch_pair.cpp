@@ -12,7 +12,7 @@
 #include <cstdint>
 #include <initializer_list>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_patch_pair {
 namespace {
 
 using testing::IsPoseNear;
@@ -337,4 +337,4 @@ TEST_F(PatchPairOfARoom, NothingOnNothing)
 }
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_patch_pair

@@ -27,7 +27,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_pcl_contract {
 namespace {
 
 using pcl_ssfr::testing::IsPoseNear;
@@ -1292,7 +1292,7 @@ TEST_F(StructuredScene, SurveyCoordinates)
   EXPECT_THAT(near, IsPoseNear(pair.T_target_source, 0.5 * kDegree, 0.05));
 }
 
-TEST(FiniteQueryKdTree, AnswersEveryQuery)
+TEST(FiniteQueryKdTreeThroughPcl, AnswersEveryQuery)
 {
   const auto cloud = pcl::make_shared<pcl::PointCloud<pcl::PointXYZ>>();
   cloud->push_back(pcl::PointXYZ(1, 0, 0));
@@ -1323,4 +1323,4 @@ TEST(FiniteQueryKdTree, AnswersEveryQuery)
 }
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_pcl_contract

@@ -21,7 +21,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_pipeline {
 namespace {
 
 using namespace pcl_ssfr::testing;
@@ -286,7 +286,7 @@ TEST(Honest, theInformationMatrixIsSymmetricAndPositive)
 
 // ---- viewpoint, offsets, priors, limits
 
-TEST(Viewpoint, mergedScansHaveNoSensorAtTheOriginAndAreSolved)
+TEST(PipelineViewpoint, mergedScansHaveNoSensorAtTheOriginAndAreSolved)
 {
   const Scene scene = makeFurnishedRoom(3);
   const Eigen::Isometry3d T_world_target = sensorPose(scene.stations[0], 0.5, 0);
@@ -313,7 +313,7 @@ TEST(Viewpoint, mergedScansHaveNoSensorAtTheOriginAndAreSolved)
       << result.message;
 }
 
-TEST(Viewpoint, isFoundInThePointsWhereTheFrameIsNotTheSensors)
+TEST(PipelineViewpoint, isFoundInThePointsWhereTheFrameIsNotTheSensors)
 {
   const Pair pair = scanPair(makeFurnishedRoom(2), 0, 1, roomScanner(), 83);
   Random random(4);
@@ -334,7 +334,7 @@ TEST(Viewpoint, isFoundInThePointsWhereTheFrameIsNotTheSensors)
   }
 }
 
-TEST(Viewpoint, theOneGivenIsReported)
+TEST(PipelineViewpoint, theOneGivenIsReported)
 {
   const Result result = registerPair(scanPair(makeFurnishedRoom(2), 0, 1, roomScanner(), 84));
   EXPECT_TRUE(result.source_viewpoint_used && result.target_viewpoint_used);
@@ -343,7 +343,7 @@ TEST(Viewpoint, theOneGivenIsReported)
   EXPECT_LT(result.target_viewpoint.norm(), 1e-9);
 }
 
-TEST(Viewpoint, unusedMeansNeitherSignNorFreeSpace)
+TEST(PipelineViewpoint, unusedMeansNeitherSignNorFreeSpace)
 {
   const Pair pair = scanPair(makeFurnishedRoom(2), 0, 1, roomScanner(), 81);
   Options options = makeOptions(Profile::Default);
@@ -559,4 +559,4 @@ TEST(Degenerate, scansThatWereNotPreparedAreInvalidInput)
 }
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_pipeline

@@ -9,7 +9,7 @@
 
 #include <array>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_place_block {
 namespace {
 
 constexpr Eigen::Index kPlaces = 300;
@@ -72,4 +72,4 @@ TEST(PlaceBlock, FindsWhatTheIndexFinds)
 }
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_place_block

@@ -13,7 +13,7 @@
 #include <cmath>
 #include <vector>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_plan_search {
 namespace {
 
 using Eigen::Vector3d;
@@ -170,4 +170,4 @@ TEST_F(PlanSearch, NothingToSeeNothingFound)
 }
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_plan_search

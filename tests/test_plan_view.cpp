@@ -13,7 +13,7 @@
 #include <limits>
 #include <vector>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_plan_view {
 namespace {
 
 using testing::addPatch;
@@ -212,4 +212,4 @@ TEST(CorrelatedPlanViews, OfNothingAreNothing)
 }
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_plan_view

@@ -12,7 +12,7 @@
 #include <stdexcept>
 #include <vector>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_planar_patches {
 namespace {
 
 using testing::kMaxFloat;
@@ -310,4 +310,4 @@ TEST(SelectPatches, KeepsWhatIsAskedFor)
 }
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_planar_patches

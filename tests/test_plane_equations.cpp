@@ -10,7 +10,7 @@
 #include <limits>
 #include <memory>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_plane_equations {
 namespace {
 
 using Matrix6 = PlaneEquations::Matrix6;
@@ -180,4 +180,4 @@ TEST(PlaneEquations, TheLeverArmIsWhereRotationsMoveAsMuchAsTranslations)
 }
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_plane_equations

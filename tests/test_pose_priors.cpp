@@ -16,7 +16,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_pose_priors {
 namespace {
 
 const Eigen::Vector3d kPlace(0.5, -1, 0.25); // of the source's sensor [m]
@@ -293,4 +293,4 @@ TEST(LogPrior, AGuessWithoutAToleranceHasABoundedInfluence)
 }
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_pose_priors

@@ -15,7 +15,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_pose_refinement {
 namespace {
 
 using testing::viewOfPoints;
@@ -203,4 +203,4 @@ TEST(NeighbouringOptima, AreRivalsOfTheBestPose)
 }
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_pose_refinement

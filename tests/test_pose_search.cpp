@@ -13,7 +13,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_pose_search {
 namespace {
 
 using testing::addPatch;
@@ -366,4 +366,4 @@ TEST(DrawVotingSamples, Degenerate)
 }
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_pose_search

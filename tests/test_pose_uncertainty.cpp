@@ -15,7 +15,7 @@
 #include <limits>
 #include <vector>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_pose_uncertainty {
 namespace {
 
 using testing::hessianAbout;
@@ -434,4 +434,4 @@ TEST(PoseUncertainty, OfNothing)
 }
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_pose_uncertainty

@@ -15,7 +15,7 @@
 #include <numeric>
 #include <vector>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_posterior {
 namespace {
 
 constexpr double kContradictionWeight = 14;
@@ -443,4 +443,4 @@ TEST(SortByScore, ThePriorCountsTheDirectionsDoNot)
 }
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_posterior

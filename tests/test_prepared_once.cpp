@@ -18,9 +18,9 @@
 #include <utility>
 #include <vector>
 
+namespace pcl_ssfr::test_prepared_once {
 namespace {
 
-using namespace pcl_ssfr;
 using namespace pcl_ssfr::testing;
 using Cloud = pcl::PointCloud<pcl::PointXYZ>;
 using Registration = StructuredSceneRegistration<pcl::PointXYZ, pcl::PointXYZ>;
@@ -196,3 +196,4 @@ TEST_F(PreparedOnceSettings, ThoseOfThePreparationAreSeen)
 }
 
 } // namespace
+} // namespace pcl_ssfr::test_prepared_once

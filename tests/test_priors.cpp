@@ -14,9 +14,9 @@
 #include <string>
 #include <vector>
 
+namespace pcl_ssfr::test_priors {
 namespace {
 
-using namespace pcl_ssfr;
 using namespace pcl_ssfr::testing;
 using simulation::DatasetPlan;
 
@@ -386,3 +386,4 @@ TEST(WeakStructure, CaveIsRegistered)
 }
 
 } // namespace
+} // namespace pcl_ssfr::test_priors

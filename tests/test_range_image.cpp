@@ -10,7 +10,7 @@
 #include <cmath>
 #include <map>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_range_image {
 namespace {
 
 using testing::kInf;
@@ -185,4 +185,4 @@ TEST(DepthSpans, AreTheNearestAndTheFarthestReturn)
 }
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_range_image

@@ -16,7 +16,7 @@
 #include <limits>
 #include <optional>
 
-namespace pcl_ssfr::simulation {
+namespace pcl_ssfr::simulation::test_ray_caster {
 namespace {
 
 using ::testing::AllOf;
@@ -551,4 +551,4 @@ TEST(RayCaster, CastersLiveSideBySideAndMove)
 }
 
 } // namespace
-} // namespace pcl_ssfr::simulation
+} // namespace pcl_ssfr::simulation::test_ray_caster

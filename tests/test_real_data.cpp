@@ -20,7 +20,7 @@
 #include <ostream>
 #include <string>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_real_data {
 namespace {
 
 using pcl_ssfr::testing::loadPoints;
@@ -102,4 +102,4 @@ INSTANTIATE_TEST_SUITE_P(Sets,
                                            Row{"imm_D", 1, 1}));
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_real_data

@@ -20,8 +20,7 @@
 #include <optional>
 #include <string>
 
-namespace pcl_ssfr {
-namespace apps {
+namespace pcl_ssfr::apps::test_refined_poses {
 namespace {
 
 using namespace pcl_ssfr::testing;
@@ -206,5 +205,4 @@ TEST(RefinedPoses, ARefinerThatReachesTooFarIsNotFollowed)
 }
 
 } // namespace
-} // namespace apps
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::apps::test_refined_poses

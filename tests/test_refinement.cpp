@@ -10,7 +10,7 @@
 
 #include <cmath>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_refinement {
 namespace {
 
 using testing::addPatch;
@@ -553,4 +553,4 @@ TEST(DrawSurfacePoints, OfLargerGroupsWhereTheyAreTooMany)
 }
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_refinement

@@ -13,7 +13,7 @@
 
 #include <regex>
 
-namespace pcl_ssfr::apps {
+namespace pcl_ssfr::apps::test_report_html {
 namespace {
 
 using ::testing::HasSubstr;
@@ -361,4 +361,4 @@ TEST(ReportPictures, thoseThatFailedMostComeFirst)
 }
 
 } // namespace
-} // namespace pcl_ssfr::apps
+} // namespace pcl_ssfr::apps::test_report_html

@@ -10,7 +10,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_rotation_candidates {
 namespace {
 
 constexpr double kDegree = 3.14159265358979323846 / 180;
@@ -254,4 +254,4 @@ TEST(SweepRotations, Empty)
 }
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_rotation_candidates

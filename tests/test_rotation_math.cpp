@@ -12,7 +12,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_rotation_math {
 namespace {
 
 Eigen::Matrix3d
@@ -110,4 +110,4 @@ TEST(KeepsVertical, WithinTheTolerance)
 }
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_rotation_math

@@ -11,7 +11,7 @@
 #include <limits>
 #include <thread>
 
-namespace pcl_ssfr::simulation {
+namespace pcl_ssfr::simulation::test_scan_simulation {
 namespace {
 
 using ::testing::AllOf;
@@ -536,4 +536,4 @@ TEST(ScanSimulation, BadArgumentsAreNamed)
 }
 
 } // namespace
-} // namespace pcl_ssfr::simulation
+} // namespace pcl_ssfr::simulation::test_scan_simulation

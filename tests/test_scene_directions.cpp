@@ -10,7 +10,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_scene_directions {
 namespace {
 
 using Eigen::Vector3d;
@@ -120,4 +120,4 @@ TEST(SweepAxes, RoundOnesOrTheBestTwo)
 }
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_scene_directions

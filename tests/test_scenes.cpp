@@ -21,7 +21,7 @@
 #include <limits>
 #include <set>
 
-namespace pcl_ssfr::simulation {
+namespace pcl_ssfr::simulation::test_scenes {
 namespace {
 
 using ::testing::AllOf;
@@ -842,4 +842,4 @@ TEST_F(MeshScene, SaysWhenThereIsNoRoom)
 }
 
 } // namespace
-} // namespace pcl_ssfr::simulation
+} // namespace pcl_ssfr::simulation::test_scenes

@@ -17,7 +17,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_score_pose {
 namespace {
 
 using namespace pcl_ssfr::testing;
@@ -200,4 +200,4 @@ TEST_F(ScorePose, ARefinerReachesAsFarAsNoiseAndSpacingNeed)
 }
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_score_pose

@@ -9,7 +9,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_scored_pose {
 namespace {
 
 constexpr double kContradictionWeight = 14;
@@ -159,4 +159,4 @@ TEST(Describe, NoSurface)
 }
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_scored_pose

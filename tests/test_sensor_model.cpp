@@ -15,7 +15,7 @@
 #include <limits>
 #include <set>
 
-namespace pcl_ssfr::simulation {
+namespace pcl_ssfr::simulation::test_sensor_model {
 namespace {
 
 using ::testing::AllOf;
@@ -376,4 +376,4 @@ TEST(SensorModel, BadStructsAreNamed)
 }
 
 } // namespace
-} // namespace pcl_ssfr::simulation
+} // namespace pcl_ssfr::simulation::test_sensor_model

@@ -21,7 +21,7 @@
 #include <cstdlib>
 #include <thread>
 
-namespace pcl_ssfr::simulation {
+namespace pcl_ssfr::simulation::test_simulate_cli {
 namespace {
 
 namespace fs = std::filesystem;
@@ -233,7 +233,7 @@ TEST(SimulateOptions, helpNamesEveryOption)
     EXPECT_THAT(help, HasSubstr(option));
 }
 
-TEST(PaperSets, areThoseOfThePaper)
+TEST(PaperSetPlans, areThoseOfThePaper)
 {
   const auto plan = [](const char* name) { return makePaperSet(name, false).plan; };
   EXPECT_EQ(plan("ds1h").trajectory.scans, 45);
@@ -262,7 +262,7 @@ struct Outcome {
   std::string errors;
 };
 
-class Program : public ::testing::Test {
+class SimulateProgram : public ::testing::Test {
 protected:
   Outcome
   run(const std::string& arguments, const std::string& before = "") const
@@ -309,7 +309,7 @@ protected:
   TemporaryFolder folder_;
 };
 
-TEST_F(Program, helpVersionAndList)
+TEST_F(SimulateProgram, helpVersionAndList)
 {
   const Outcome help = run("--help");
   EXPECT_EQ(help.code, 0);
@@ -355,7 +355,7 @@ TEST_F(Program, helpVersionAndList)
     EXPECT_THAT(list.output, HasSubstr(std::string("  ") + name + " "));
 }
 
-TEST_F(Program, everyErrorIsOneLineAndLeavesNothing)
+TEST_F(SimulateProgram, everyErrorIsOneLineAndLeavesNothing)
 {
   io::writeFile(folder_.file("stdout"), "");
   const std::string files = folder_.file("files");
@@ -398,7 +398,7 @@ TEST_F(Program, everyErrorIsOneLineAndLeavesNothing)
   }
 }
 
-TEST_F(Program, aFullDiskIsAnErrorAndLeavesNothing)
+TEST_F(SimulateProgram, aFullDiskIsAnErrorAndLeavesNothing)
 {
   // Files may have 64 blocks of 512 bytes at most.
   const Outcome result = run(
@@ -410,7 +410,7 @@ TEST_F(Program, aFullDiskIsAnErrorAndLeavesNothing)
   EXPECT_THAT(leftOver(), ::testing::IsEmpty());
 }
 
-TEST_F(Program, anInterruptionLeavesNothing)
+TEST_F(SimulateProgram, anInterruptionLeavesNothing)
 {
   const std::string out = folder_.file("a/set");
   const pid_t child = fork();
@@ -450,7 +450,7 @@ TEST_F(Program, anInterruptionLeavesNothing)
   EXPECT_THAT(leftOver(), ::testing::IsEmpty());
 }
 
-TEST_F(Program, sensorsPrintAndReadBack)
+TEST_F(SimulateProgram, sensorsPrintAndReadBack)
 {
   const Outcome first = run("--print-sensor velodyne_vlp16");
   ASSERT_EQ(first.code, 0) << first.errors;
@@ -459,7 +459,7 @@ TEST_F(Program, sensorsPrintAndReadBack)
   EXPECT_EQ(run("--print-sensor " + folder_.file("mine.json")).output, first.output);
 }
 
-TEST_F(Program, writesADatasetThatReadsBack)
+TEST_F(SimulateProgram, writesADatasetThatReadsBack)
 {
   const Outcome result =
       run("--scene basic_model --sensor velodyne_vlp16 --scans 4 --pairs all --people 2 --out " + folder_.file("set"));
@@ -481,7 +481,7 @@ TEST_F(Program, writesADatasetThatReadsBack)
   EXPECT_TRUE(cloud.has_intensity);
 }
 
-TEST_F(Program, theSameSeedGivesTheSameBytesForAnyThreads)
+TEST_F(SimulateProgram, theSameSeedGivesTheSameBytesForAnyThreads)
 {
   const std::string arguments = "--quiet --scene apartment --sensor velodyne_vlp16 --points 20000 --scans 3 --people 2 "
                                 "--doors --random-rotation --out ";
@@ -493,7 +493,7 @@ TEST_F(Program, theSameSeedGivesTheSameBytesForAnyThreads)
   EXPECT_FALSE(contentOf("one") == contentOf("other"));
 }
 
-TEST_F(Program, aWalkCanBeWrittenInParts)
+TEST_F(SimulateProgram, aWalkCanBeWrittenInParts)
 {
   const std::string arguments = "--quiet --scene basic_model --sensor velodyne_vlp16 --points 5000 --out ";
   ASSERT_EQ(run(arguments + folder_.file("all") + " --scans 4").code, 0);
@@ -502,7 +502,7 @@ TEST_F(Program, aWalkCanBeWrittenInParts)
     EXPECT_TRUE(io::readFile(folder_.file("all") + scan) == io::readFile(folder_.file("part") + scan)) << scan;
 }
 
-TEST_F(Program, turnsCanBeLimited)
+TEST_F(SimulateProgram, turnsCanBeLimited)
 {
   // Back and forth: without a limit the sensor turns round at the ends of its path.
   const std::string arguments = "--quiet --scene basic_model --sensor velodyne_vlp16 --points 500 --scans 40 --out ";
@@ -518,7 +518,7 @@ TEST_F(Program, turnsCanBeLimited)
   EXPECT_LT(largest("limited"), 20.001);
 }
 
-TEST_F(Program, quietIsQuiet)
+TEST_F(SimulateProgram, quietIsQuiet)
 {
   const Outcome result = run("--quiet --scene basic_model --points 2000 --scans 1 --out " + folder_.file("set"));
   EXPECT_EQ(result.code, 0);
@@ -527,7 +527,7 @@ TEST_F(Program, quietIsQuiet)
             io::readFile(folder_.file("set/pairs.csv")).size()); // one scan has no pair
 }
 
-TEST_F(Program, randomRotationTurnsTheFramesAndKeepsTheScene)
+TEST_F(SimulateProgram, randomRotationTurnsTheFramesAndKeepsTheScene)
 {
   const std::string arguments = "--quiet --scene basic_model --sensor velodyne_vlp16 --points 3000 --scans 2 --out ";
   ASSERT_EQ(run(arguments + folder_.file("plain")).code, 0);
@@ -556,7 +556,7 @@ TEST_F(Program, randomRotationTurnsTheFramesAndKeepsTheScene)
   }
 }
 
-TEST_F(Program, meshesAreScenes)
+TEST_F(SimulateProgram, meshesAreScenes)
 {
   // A room of 8 by 6 by 3 m as a cube of quadrilaterals.
   io::writeFile(folder_.file("room.obj"),
@@ -573,7 +573,7 @@ TEST_F(Program, meshesAreScenes)
   EXPECT_EQ(png.substr(1, 3), "PNG");
 }
 
-TEST_F(Program, reducedPaperSetsHaveTheirPointsAndAreSmall)
+TEST_F(SimulateProgram, reducedPaperSetsHaveTheirPointsAndAreSmall)
 {
   for (const std::string& name : paperSetNames()) {
     SCOPED_TRACE(name);
@@ -591,7 +591,7 @@ TEST_F(Program, reducedPaperSetsHaveTheirPointsAndAreSmall)
   }
 }
 
-TEST_F(Program, theBasicModelHasThreeGrowingMotionsOntoOneTarget)
+TEST_F(SimulateProgram, theBasicModelHasThreeGrowingMotionsOntoOneTarget)
 {
   ASSERT_EQ(run("--quiet --paper-set basic_model --reduced --out " + folder_.file("set")).code, 0);
   const auto set = io::readDatasetFolder(folder_.file("set"));
@@ -608,4 +608,4 @@ TEST_F(Program, theBasicModelHasThreeGrowingMotionsOntoOneTarget)
 }
 
 } // namespace
-} // namespace pcl_ssfr::simulation
+} // namespace pcl_ssfr::simulation::test_simulate_cli

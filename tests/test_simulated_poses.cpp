@@ -17,7 +17,7 @@
 
 #include <sstream>
 
-namespace pcl_ssfr::simulation {
+namespace pcl_ssfr::simulation::test_simulated_poses {
 namespace {
 
 using testing::poseError;
@@ -177,4 +177,4 @@ INSTANTIATE_TEST_SUITE_P(Scenes,
                          [](const auto& scene) { return std::string(scene.param); });
 
 } // namespace
-} // namespace pcl_ssfr::simulation
+} // namespace pcl_ssfr::simulation::test_simulated_poses

@@ -19,9 +19,9 @@
 #include <string>
 #include <vector>
 
+namespace pcl_ssfr::test_simulated_sets {
 namespace {
 
-using namespace pcl_ssfr;
 using simulation::DatasetPlan;
 
 constexpr double kDegree = 3.14159265358979323846 / 180;
@@ -120,9 +120,9 @@ TEST_P(PaperSets, EveryPairIsSolvedAndBelieved)
 
 INSTANTIATE_TEST_SUITE_P(Reduced, PaperSets, ::testing::Values("basic_model", "ds1h", "ds2l", "ds3v", "ds4s"));
 
-class Traps : public ::testing::TestWithParam<const char*> {};
+class TrapScenes : public ::testing::TestWithParam<const char*> {};
 
-TEST_P(Traps, NoConfidentWrongPose)
+TEST_P(TrapScenes, NoConfidentWrongPose)
 {
   const Scans scans = simulate(planOf(GetParam(), "leica_p20", 4, 40000));
   for (std::size_t target = 0; target < scans.points.size(); ++target)
@@ -135,10 +135,10 @@ TEST_P(Traps, NoConfidentWrongPose)
 
 INSTANTIATE_TEST_SUITE_P(
     Scenes,
-    Traps,
+    TrapScenes,
     ::testing::Values("endless_corridor", "symmetric_room", "cylinder_hall", "slanted", "cave", "two_floors_alike"));
 
-TEST(Corridor, SaysThatTheWayAlongItIsUnobservable)
+TEST(CorridorSet, SaysThatTheWayAlongItIsUnobservable)
 {
   const Scans scans = simulate(planOf("endless_corridor", "leica_p20", 2, 40000));
   const Result result = registerPair(scans, 1, 0).result;
@@ -161,3 +161,4 @@ TEST(Storeys, OneLaidOnTheOtherIsNeverBelievedFarApart)
 }
 
 } // namespace
+} // namespace pcl_ssfr::test_simulated_sets

@@ -22,7 +22,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl_ssfr::baselines {
+namespace pcl_ssfr::baselines::test_super4pcs {
 namespace {
 
 using pcl_ssfr::testing::castScan;
@@ -574,4 +574,4 @@ TEST(Super4PCS, RefusesOptionsByName)
 }
 
 } // namespace
-} // namespace pcl_ssfr::baselines
+} // namespace pcl_ssfr::baselines::test_super4pcs

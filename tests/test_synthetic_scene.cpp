@@ -9,10 +9,10 @@
 #include <cmath>
 #include <string>
 
-using Eigen::Vector3d;
-using namespace pcl_ssfr::testing;
-
+namespace pcl_ssfr::testing::test_synthetic_scene {
 namespace {
+
+using Eigen::Vector3d;
 
 constexpr double kPi = 3.14159265358979323846;
 
@@ -64,8 +64,6 @@ randomDirection(Random& random)
 {
   return Vector3d(random.gaussian(), random.gaussian(), random.gaussian()).normalized();
 }
-
-} // namespace
 
 TEST(SyntheticScene, EmptySceneIsNeverHit)
 {
@@ -293,3 +291,6 @@ TEST(PoseMatchers, HalfTurnIsPi)
   half_turn.rotate(Eigen::AngleAxisd(kPi, Vector3d::UnitY()));
   EXPECT_NEAR(poseError(half_turn, Eigen::Isometry3d::Identity()).rotation, kPi, 1e-9);
 }
+
+} // namespace
+} // namespace pcl_ssfr::testing::test_synthetic_scene

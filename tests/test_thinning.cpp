@@ -12,7 +12,7 @@
 #include <numeric>
 #include <set>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_thinning {
 namespace {
 
 using testing::kInf;
@@ -340,4 +340,4 @@ TEST(MeasureExtent, Degenerate)
 }
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_thinning

@@ -17,7 +17,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_time_limit {
 namespace {
 
 using namespace pcl_ssfr::testing;
@@ -297,4 +297,4 @@ TEST(TimeLimitOfAlign, OutputIsTheSourceMovedByTheGuess)
 }
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_time_limit

@@ -13,7 +13,7 @@
 #include <cmath>
 #include <limits>
 
-namespace pcl_ssfr::simulation {
+namespace pcl_ssfr::simulation::test_trajectory {
 namespace {
 
 using ::testing::AllOf;
@@ -399,4 +399,4 @@ TEST(VisibleOverlap, KnowsWhereATurningLineLooks)
 }
 
 } // namespace
-} // namespace pcl_ssfr::simulation
+} // namespace pcl_ssfr::simulation::test_trajectory

@@ -9,7 +9,7 @@
 #include <cmath>
 #include <stdexcept>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_translation {
 namespace {
 
 /// Planes given by unit normal and distance; \p count points on each, 5 mm noise, spread over a few metres.
@@ -239,4 +239,4 @@ TEST(TransformSamples, MovesPointsTurnsNormalsKeepsTheRest)
 }
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_translation

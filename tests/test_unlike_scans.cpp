@@ -13,9 +13,9 @@
 #include <string>
 #include <vector>
 
+namespace pcl_ssfr::test_unlike_scans {
 namespace {
 
-using namespace pcl_ssfr;
 using namespace pcl_ssfr::testing;
 using simulation::DatasetPlan;
 
@@ -119,3 +119,4 @@ INSTANTIATE_TEST_SUITE_P(Places,
                          nameOfPlace);
 
 } // namespace
+} // namespace pcl_ssfr::test_unlike_scans

@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_upright_view {
 namespace {
 
 using apps::uprightView;
@@ -79,4 +79,4 @@ TEST(UprightView, nothingIsDrawnAsItIs)
 }
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_upright_view

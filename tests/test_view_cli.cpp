@@ -26,7 +26,7 @@
 #include <regex>
 #include <set>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_view_cli {
 namespace {
 
 namespace fs = std::filesystem;
@@ -196,7 +196,7 @@ struct Outcome {
   std::string errors;
 };
 
-class Program : public ::testing::Test {
+class ViewProgram : public ::testing::Test {
 protected:
   Outcome
   runAny(const std::string& program, const std::string& arguments) const
@@ -262,7 +262,7 @@ united(std::set<std::string> a, const std::set<std::string>& b)
   return a;
 }
 
-TEST_F(Program, helpAndVersion)
+TEST_F(ViewProgram, helpAndVersion)
 {
   const Outcome help = run("--help");
   EXPECT_EQ(help.code, 0);
@@ -273,7 +273,7 @@ TEST_F(Program, helpAndVersion)
   EXPECT_THAT(run("--version").output, StartsWith("ssfr_view "));
 }
 
-TEST_F(Program, everyErrorIsOneLineThatNamesTheThing)
+TEST_F(ViewProgram, everyErrorIsOneLineThatNamesTheThing)
 {
   io::writeFile(folder_.file("good.xyz"), "1 2 3\n");
   io::writeFile(folder_.file("broken.json"), "{\"method\": ");
@@ -333,7 +333,7 @@ TEST_F(Program, everyErrorIsOneLineThatNamesTheThing)
   }
 }
 
-TEST_F(Program, scansWithoutAnAnswerAreDrawnToo)
+TEST_F(ViewProgram, scansWithoutAnAnswerAreDrawnToo)
 {
   std::string plane;
   for (int i = 0; i < 60; ++i)
@@ -357,7 +357,7 @@ TEST_F(Program, scansWithoutAnAnswerAreDrawnToo)
     }
 }
 
-TEST_F(Program, aRightPoseIsGreenAndAWrongOneRed)
+TEST_F(ViewProgram, aRightPoseIsGreenAndAWrongOneRed)
 {
   const std::string right = folder_.file("right");
   const std::string wrong = folder_.file("wrong");
@@ -379,7 +379,7 @@ TEST_F(Program, aRightPoseIsGreenAndAWrongOneRed)
   EXPECT_THAT(io::readFile(wrong + "/index.html"), HasSubstr("Matches and contradictions: candidate 2"));
 }
 
-TEST_F(Program, aVariedPairHasItsOwnTruth)
+TEST_F(ViewProgram, aVariedPairHasItsOwnTruth)
 {
   const Outcome result = run("'" + kData + "' --pair 0 --perturb se3 --seed 7 --png " + folder_.file("pictures"));
   ASSERT_EQ(result.code, 0) << result.errors;
@@ -399,7 +399,7 @@ poseLines(const std::string& output)
   return lines;
 }
 
-TEST_F(Program, aJsonResultShowsWhatTheRunFound)
+TEST_F(ViewProgram, aJsonResultShowsWhatTheRunFound)
 {
   const std::string scans = data("apartment_1.pcd") + " " + data("apartment_0.pcd");
   const Outcome align = runAny("'" PCL_SSFR_ALIGN "'", scans + " --leaf 0.03 --json " + folder_.file("run.json"));
@@ -416,7 +416,7 @@ TEST_F(Program, aJsonResultShowsWhatTheRunFound)
   EXPECT_EQ(io::readFile(folder_.file("a") + "/axes.png"), io::readFile(folder_.file("b") + "/axes.png"));
 }
 
-TEST_F(Program, resultsOfTheBenchmarkAreFoundAgain)
+TEST_F(ViewProgram, resultsOfTheBenchmarkAreFoundAgain)
 {
   const std::string results = folder_.file("results");
   const Outcome benchmark = runAny("'" PCL_SSFR_BENCHMARK "'",
@@ -437,7 +437,7 @@ TEST_F(Program, resultsOfTheBenchmarkAreFoundAgain)
   EXPECT_EQ(run(results + " --pair 1 --png " + folder_.file("none")).code, 2);
 }
 
-TEST_F(Program, thePapersProfileIsShownWithItsOwnStages)
+TEST_F(ViewProgram, thePapersProfileIsShownWithItsOwnStages)
 {
   const Outcome result = run("'" + kData + "' --pair 0 --method ssfr_paper2017 --png " + folder_.file("pictures"));
   ASSERT_EQ(result.code, 0) << result.errors;
@@ -545,7 +545,7 @@ TEST(ViewModel, explainsEveryEffortThatWasMade)
 // ---------------------------------------------------------------------------------------------------------------------
 // The window
 
-TEST_F(Program, theWindowOpensIsPhotographedAndCloses)
+TEST_F(ViewProgram, theWindowOpensIsPhotographedAndCloses)
 {
 #ifndef PCL_SSFR_HAS_VIEWER
   GTEST_SKIP() << "ssfr_view was built without a window";
@@ -576,4 +576,4 @@ TEST_F(Program, theWindowOpensIsPhotographedAndCloses)
 }
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_view_cli

@@ -9,7 +9,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_viewpoint_search {
 namespace {
 
 using testing::kInf;
@@ -181,4 +181,4 @@ TEST_F(Viewpoint, DegenerateInputIsSurvived)
 }
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_viewpoint_search

@@ -9,7 +9,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_visibility_score {
 namespace {
 
 using testing::addPatch;
@@ -261,4 +261,4 @@ TEST(SurfaceEvidence, AddsUp)
 }
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_visibility_score
