@@ -12,7 +12,7 @@
 #include <cstddef>
 #include <limits>
 
-namespace pcl_ssfr {
+namespace pcl_ssfr::test_robust_scale {
 namespace {
 
 /// Normal distances of \p deviation; every \p strays-th one lies \p off from the plane besides (0: none does).
@@ -117,4 +117,4 @@ TEST(RobustScale, StaysWithinItsBounds)
 }
 
 } // namespace
-} // namespace pcl_ssfr
+} // namespace pcl_ssfr::test_robust_scale
