@@ -284,17 +284,14 @@ public:
     addInBlocks(source_.points.cols(), target_.points.cols(), threads, equations, addSource, addTarget);
   }
 
-  /// The plane distance of a match that follows from the noise of those found, of patches that face their sensors: what
-  /// finds a partner at any pose says nothing of the noise.
+  /// The plane distance of a match that follows from the noise of those found.
   double
   distanceByNoise(const Step& step, const NoiseRule& rule) const
   {
     if (2 * rule.deviations * rule.pose_deviation >= rule.most)
       return rule.most;
     WeightedDistances found;
-    forEachMatch(step, [&](std::size_t s, std::size_t t, const auto&, const auto&, double distance, double weight) {
-      if (!source_.facing[s] || !target_.facing[t])
-        return;
+    forEachMatch(step, [&](std::size_t, std::size_t, const auto&, const auto&, double distance, double weight) {
       found.distances.push_back(distance);
       found.weights.push_back(weight);
     });
