@@ -254,6 +254,13 @@ TEST_F(RefinementOfTheRoom, WhatLiesOffAPlaneIsNoMatchWhereMatchesAreExact)
   EXPECT_LT(narrow.refinement.matches, wide.refinement.matches);
   EXPECT_EQ(narrow.wide_rms, wide.wide_rms); // of all within the final distance
   EXPECT_EQ(narrow.wide_weight, wide.wide_weight);
+  NoiseRule rule = ruleWithin(kLeast, 0.1);
+  const auto distanceAtTruth = [&] {
+    return mutualMatchDistance(moved, source_.index, target_.surface, target_.index, truth_, o, rule);
+  };
+  EXPECT_EQ(distanceAtTruth(), narrow.match_distance);
+  rule.pose_deviation = 0.02; // of a pose that is not exact no match is left out
+  EXPECT_EQ(distanceAtTruth(), 0.1);
   // How far each says that the pose is off.
   const auto step = [](const MutualFit& fit) { return Vector6(fit.refinement.hessian.ldlt().solve(fit.gradient)); };
   EXPECT_LT(step(narrow).tail<3>().norm(), 2e-4);

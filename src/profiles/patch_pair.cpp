@@ -121,7 +121,7 @@ PatchPair::polish(ScoredPose& pose) const
       return refineMutual(source_.surface, source_.index, target_.surface, target_.index, T, options);
     };
     Refinement refined = refinedFrom(pose.T_target_source);
-    const double distance = fitWithin(noiseRule(refined), refined.T_target_source).match_distance;
+    const double distance = matchDistance(refined, refined.T_target_source);
     if (distance < options.final_distance) {
       options.match.distance = static_cast<float>(distance);
       refined = refinedFrom(refined.T_target_source);
@@ -144,14 +144,18 @@ PatchPair::fitAt(const Eigen::Isometry3d& T_target_source) const
   options.threads = threads_;
   const Refinement wide =
       refineMutual(source_.surface, source_.index, target_.surface, target_.index, T_target_source, options);
-  const MutualFit narrow = fitWithin(noiseRule(wide), T_target_source);
-  return narrow.match_distance < config_.judgement.evidence.match ? narrow.refinement : wide;
+  const double distance = matchDistance(wide, T_target_source);
+  if (distance >= config_.judgement.evidence.match)
+    return wide;
+  options.match.distance = static_cast<float>(distance);
+  return refineMutual(source_.surface, source_.index, target_.surface, target_.index, T_target_source, options);
 }
 
 MutualFit
 PatchPair::fitInMap(const Eigen::Isometry3d& T_target_source) const
 {
-  return fitWithin(noiseRule(), T_target_source);
+  return fitMutual(
+      source_.surface, source_.index, target_.surface, target_.index, T_target_source, lastStep(), noiseRule());
 }
 
 NoiseRule
@@ -164,22 +168,17 @@ PatchPair::noiseRule() const
   return rule;
 }
 
-NoiseRule
-PatchPair::noiseRule(const Refinement& wide) const
+double
+PatchPair::matchDistance(const Refinement& wide, const Eigen::Isometry3d& T_target_source) const
 {
   NoiseRule rule = noiseRule();
   const double floor = noiseFloor(config_.judgement.uncertainty, wide.rms);
   const std::vector<PrincipalMotion> motions = poseUncertainty(wide, floor).motions;
   rule.pose_deviation = motions.empty() ? rule.most : motions.front().deviation;
-  return rule;
-}
-
-MutualFit
-PatchPair::fitWithin(const NoiseRule& rule, const Eigen::Isometry3d& T_target_source) const
-{
   RefinementOptions options = lastStep();
   options.threads = threads_;
-  return fitMutual(source_.surface, source_.index, target_.surface, target_.index, T_target_source, options, rule);
+  return mutualMatchDistance(
+      source_.surface, source_.index, target_.surface, target_.index, T_target_source, options, rule);
 }
 
 RefinementOptions

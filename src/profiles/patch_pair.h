@@ -123,7 +123,7 @@ public:
   RefinementOptions
   lastStep() const;
 
-  /// The matches of the polish at a pose, which stays where it is: the Refinement's pose may be one step further.
+  /// The matches of the polish at a pose, which stays where it is: the Refinement's pose is one step further.
   Refinement
   fitAt(const Eigen::Isometry3d& T_target_source) const;
   /// The same for a pose that other scans hold as well, so that matches as narrow as the noise allows are enough.
@@ -151,11 +151,9 @@ private:
   /// How the matches of the polish follow the noise, for a pose that is held by more than they are.
   NoiseRule
   noiseRule() const;
-  /// And for one that \p wide matches alone hold.
-  NoiseRule
-  noiseRule(const Refinement& wide) const;
-  MutualFit
-  fitWithin(const NoiseRule& rule, const Eigen::Isometry3d& T_target_source) const;
+  /// The plane distance of a match at a pose that its matches alone hold, \p wide ones as yet.
+  double
+  matchDistance(const Refinement& wide, const Eigen::Isometry3d& T_target_source) const;
   VisibilityOptions
   tolerances(double distance, double angle) const;
   bool

@@ -284,12 +284,35 @@ public:
     addInBlocks(source_.points.cols(), target_.points.cols(), threads, equations, addSource, addTarget);
   }
 
+  /// Find the matches anew, and add up nothing.
+  void
+  find(const Step& step, int threads)
+  {
+    const Eigen::Isometry3d& T = step.T_target_source;
+    const Eigen::Isometry3d T_source_target = T.inverse();
+    const auto ignore = [](const auto&...) {};
+    const auto findOfSource = [&](Eigen::Index first, Eigen::Index count, PlaneEquations&) {
+      forEachMeeting(source_.points, source_.normals, T, first, count, target_planes_, step, found_of_source_, ignore);
+    };
+    const auto findOfTarget = [&](Eigen::Index first, Eigen::Index count, PlaneEquations&) {
+      forEachMeeting(target_.points,
+                     target_.normals,
+                     T_source_target,
+                     first,
+                     count,
+                     source_planes_,
+                     step,
+                     found_of_target_,
+                     ignore);
+    };
+    PlaneEquations none;
+    addInBlocks(source_.points.cols(), target_.points.cols(), threads, none, findOfSource, findOfTarget);
+  }
+
   /// The plane distance of a match that follows from the noise of those found.
   double
   distanceByNoise(const Step& step, const NoiseRule& rule) const
   {
-    if (2 * rule.deviations * rule.pose_deviation >= rule.most)
-      return rule.most;
     WeightedDistances found;
     forEachMatch(step, [&](std::size_t, std::size_t, const auto&, const auto&, double distance, double weight) {
       found.distances.push_back(distance);
@@ -386,6 +409,39 @@ refineMutual(const SurfacePoints& source,
       [&](const Step& step) { return matches.statistics(step, options.unseen_curvature).statistics(); });
 }
 
+namespace {
+
+/// A step at a pose that stays where it is, with new matches within a distance.
+Step
+stepAt(const Eigen::Isometry3d& T_target_source,
+       const Eigen::Vector3d& centre,
+       const PatchIndex::Tolerance& tolerance,
+       double distance)
+{
+  Step step = {T_target_source, centre, tolerance, 0.5 * distance, true};
+  step.tolerance.distance = static_cast<float>(distance);
+  return step;
+}
+
+} // namespace
+
+double
+mutualMatchDistance(const SurfacePoints& source,
+                    const PatchIndex& source_planes,
+                    const SurfacePoints& target,
+                    const PatchIndex& target_planes,
+                    const Eigen::Isometry3d& T_target_source,
+                    const RefinementOptions& options,
+                    const NoiseRule& rule)
+{
+  if (2 * rule.deviations * rule.pose_deviation >= rule.most)
+    return rule.most;
+  MutualMatches matches(source, source_planes, target, target_planes);
+  const Step wide = stepAt(T_target_source, Eigen::Vector3d::Zero(), options.match, rule.most);
+  matches.find(wide, options.threads);
+  return matches.distanceByNoise(wide, rule);
+}
+
 MutualFit
 fitMutual(const SurfacePoints& source,
           const PatchIndex& source_planes,
@@ -403,22 +459,18 @@ fitMutual(const SurfacePoints& source,
     return fit;
   here.centre = T_target_source * Eigen::Vector3d(source.points.cast<double>().rowwise().mean());
   MutualMatches matches(source, source_planes, target, target_planes);
-  const auto stepWithin = [&](double distance, bool find_matches) {
-    Step step = {T_target_source, here.centre, options.match, 0.5 * distance, find_matches};
-    step.tolerance.distance = static_cast<float>(distance);
-    return step;
-  };
   const auto equationsOf = [&](const Step& step) {
     PlaneEquations equations;
     matches.addEquations(step, options.threads, equations);
     return equations;
   };
-  const Step wide = stepWithin(rule.most, true);
+  const Step wide = stepAt(T_target_source, here.centre, options.match, rule.most);
   const PlaneEquations all = equationsOf(wide);
   fit.wide_weight = all.weight;
   fit.wide_rms = all.rms();
   fit.match_distance = matches.distanceByNoise(wide, rule);
-  const Step narrow = stepWithin(fit.match_distance, false);
+  Step narrow = stepAt(T_target_source, here.centre, options.match, fit.match_distance);
+  narrow.find_matches = false;
   const PlaneEquations equations = equationsOf(narrow);
   here.hessian = equations.fullHessian();
   here.weight = equations.weight;

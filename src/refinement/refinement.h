@@ -95,6 +95,17 @@ refineMutual(const SurfacePoints& source,
              const Eigen::Isometry3d& T_target_source,
              const RefinementOptions& options);
 
+/// The plane distance of a match that follows from the noise of the matches of the polish at a pose. Of the options
+/// those are read that fitMutual() reads.
+double
+mutualMatchDistance(const SurfacePoints& source,
+                    const PatchIndex& source_planes,
+                    const SurfacePoints& target,
+                    const PatchIndex& target_planes,
+                    const Eigen::Isometry3d& T_target_source,
+                    const RefinementOptions& options,
+                    const NoiseRule& rule);
+
 /// The matches of two scans at a pose, linearised there.
 struct MutualFit {
   Refinement refinement;                                                      ///< of no steps
