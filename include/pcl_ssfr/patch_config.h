@@ -207,7 +207,7 @@ struct UncertaintyConfig {
   /// simulated pairs of a terrestrial scanner (0.4 mm of noise) leave; without it they are twice as large as claimed.
   double noise_floor = 0.0003;
   /// And by the noise of the matches: no patch is better known than the mean of the hundred points that it has. It
-  /// tells where few patches of few rings seem to agree.
+  /// counts where few patches of few rings seem to agree.
   double patch_noise = 0.1;
   /// Share of the curvature that matches keep where a patch does not face its sensor: they are found again wherever the
   /// pose is, so they pull less than their distances say. Fitted by likelihood to the errors of 285 pairs of four
