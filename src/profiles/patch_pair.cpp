@@ -142,7 +142,7 @@ PatchPair::fitAt(const Eigen::Isometry3d& T_target_source) const
 {
   RefinementOptions options = lastStep();
   options.threads = threads_;
-  const Refinement wide =
+  Refinement wide =
       refineMutual(source_.surface, source_.index, target_.surface, target_.index, T_target_source, options);
   const double distance = matchDistance(wide, T_target_source);
   if (distance >= config_.judgement.evidence.match)
