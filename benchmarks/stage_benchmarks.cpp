@@ -389,7 +389,9 @@ polish(benchmark::State& state, const Pair& pair)
   const PatchScan& t = pair.target_scan;
   measure(
       state,
-      [&] { benchmark::DoNotOptimize(refineMutual(s.surface, s.index, t.surface, t.index, pair.start, options)); },
+      [&] {
+        benchmark::DoNotOptimize(refineMutual({s.surface, s.index}, {t.surface, t.index}, pair.start, options));
+      },
       countOf(s.surface.points.cols() + t.surface.points.cols()));
 }
 

@@ -124,11 +124,11 @@ TEST_F(RefinementOfTheRoom, MutualPolishRecoversASmallMotion)
         smallMotion(0.03, testing::randomRotation(random).col(0), 0.1 * testing::randomRotation(random).col(0)) *
         truth_;
     const Refinement refined =
-        refineMutual(source_.surface, source_.index, target_.surface, target_.index, start, options());
+        refineMutual({source_.surface, source_.index}, {target_.surface, target_.index}, start, options());
     EXPECT_THAT(refined.T_target_source, IsPoseNear(truth_, 1e-3, 1e-3)) << trial;
     // The roles change, the answer does not.
     const Refinement back =
-        refineMutual(target_.surface, target_.index, source_.surface, source_.index, start.inverse(), options());
+        refineMutual({target_.surface, target_.index}, {source_.surface, source_.index}, start.inverse(), options());
     EXPECT_THAT(back.T_target_source.inverse(), IsPoseNear(refined.T_target_source, 1e-4, 1e-4)) << trial;
   }
 }
@@ -145,11 +145,11 @@ TEST_F(RefinementOfTheRoom, EitherHalfOfThePolishIsEnough)
   };
   const SurfacePoints one_source = firstOf(source_.surface), one_target = firstOf(target_.surface);
   const Refinement by_target =
-      refineMutual(one_source, source_.index, target_.surface, target_.index, start, options());
+      refineMutual({one_source, source_.index}, {target_.surface, target_.index}, start, options());
   const Refinement by_source =
-      refineMutual(source_.surface, source_.index, one_target, target_.index, start, options());
+      refineMutual({source_.surface, source_.index}, {one_target, target_.index}, start, options());
   const Refinement by_both =
-      refineMutual(source_.surface, source_.index, target_.surface, target_.index, start, options());
+      refineMutual({source_.surface, source_.index}, {target_.surface, target_.index}, start, options());
   for (const Refinement* refined : {&by_target, &by_source, &by_both}) {
     EXPECT_THAT(refined->T_target_source, IsPoseNear(truth_, 1e-3, 1e-3));
   }
@@ -167,7 +167,7 @@ TEST_F(RefinementOfTheRoom, ThePolishSumsOverThePointsOfBothScans)
   one_step.steps = 1;
   one_step.match.distance = 0.2f;
   const Eigen::Isometry3d T = smallMotion(0.02, Eigen::Vector3d(1, -2, 1), Eigen::Vector3d(0.05, 0.04, -0.06)) * truth_;
-  const Refinement refined = refineMutual(source, source_.index, target, target_.index, T, one_step);
+  const Refinement refined = refineMutual({source, source_.index}, {target, target_.index}, T, one_step);
 
   Matrix6 hessian = Matrix6::Zero();
   double weight = 0;
@@ -218,9 +218,9 @@ TEST_F(RefinementOfTheRoom, AFitSumsOverThePointsOfBothScans)
   wide.final_distance = 0.2;
   wide.steps = 1;
   const Eigen::Isometry3d T = smallMotion(0.02, Eigen::Vector3d(1, -2, 1), Eigen::Vector3d(0.05, 0.04, -0.06)) * truth_;
-  const Refinement step = refineMutual(source_.surface, source_.index, target_.surface, target_.index, T, wide);
+  const Refinement step = refineMutual({source_.surface, source_.index}, {target_.surface, target_.index}, T, wide);
   const MutualFit fit =
-      fitMutual(source_.surface, source_.index, target_.surface, target_.index, T, wide, ruleWithin(0.2, 0.2));
+      fitMutual({source_.surface, source_.index}, {target_.surface, target_.index}, T, wide, ruleWithin(0.2, 0.2));
   EXPECT_GT(fit.refinement.matches, 100);
   EXPECT_EQ(fit.refinement.matches, step.matches);
   EXPECT_NEAR(fit.match_distance, 0.2, 1e-6);
@@ -245,7 +245,7 @@ TEST_F(RefinementOfTheRoom, WhatLiesOffAPlaneIsNoMatchWhereMatchesAreExact)
   o.final_distance = 0.1;
   constexpr double kLeast = 0.006;
   const auto fitAt = [&](const Eigen::Isometry3d& T, double least) {
-    return fitMutual(moved, source_.index, target_.surface, target_.index, T, o, ruleWithin(least, 0.1));
+    return fitMutual({moved, source_.index}, {target_.surface, target_.index}, T, o, ruleWithin(least, 0.1));
   };
   const MutualFit narrow = fitAt(truth_, kLeast), wide = fitAt(truth_, 0.1);
   EXPECT_GE(narrow.match_distance, kLeast);
@@ -256,7 +256,7 @@ TEST_F(RefinementOfTheRoom, WhatLiesOffAPlaneIsNoMatchWhereMatchesAreExact)
   EXPECT_EQ(narrow.wide_weight, wide.wide_weight);
   NoiseRule rule = ruleWithin(kLeast, 0.1);
   const auto distanceAtTruth = [&] {
-    return mutualMatchDistance(moved, source_.index, target_.surface, target_.index, truth_, o, rule);
+    return mutualMatchDistance({moved, source_.index}, {target_.surface, target_.index}, truth_, o, rule);
   };
   EXPECT_EQ(distanceAtTruth(), narrow.match_distance);
   rule.pose_deviation = 0.02; // of a pose that is not exact no match is left out
@@ -282,14 +282,14 @@ TEST_F(RefinementOfTheRoom, AFitOfNoisyMatchesKeepsTheWideScale)
   RefinementOptions o = options();
   o.final_distance = 0.1;
   const NoiseRule rule = ruleWithin(0.006, 0.1);
-  const MutualFit fit = fitMutual(noisy, source_.index, others, target_.index, truth_, o, rule);
+  const MutualFit fit = fitMutual({noisy, source_.index}, {others, target_.index}, truth_, o, rule);
   EXPECT_GT(fit.match_distance, 0.09);
   // Nothing to fit.
-  const MutualFit none = fitMutual(SurfacePoints(), PatchIndex(), others, target_.index, truth_, o, rule);
+  const MutualFit none = fitMutual({SurfacePoints(), PatchIndex()}, {others, target_.index}, truth_, o, rule);
   EXPECT_EQ(none.refinement.matches, 0);
   EXPECT_TRUE(none.refinement.hessian.isZero());
   const Eigen::Isometry3d away = Eigen::Translation3d(100, 0, 0) * truth_;
-  EXPECT_EQ(fitMutual(noisy, source_.index, others, target_.index, away, o, rule).refinement.matches, 0);
+  EXPECT_EQ(fitMutual({noisy, source_.index}, {others, target_.index}, away, o, rule).refinement.matches, 0);
 }
 
 TEST_F(RefinementOfTheRoom, TheStatisticsOfThePolishAreThoseAtItsEnd)
@@ -297,7 +297,7 @@ TEST_F(RefinementOfTheRoom, TheStatisticsOfThePolishAreThoseAtItsEnd)
   RefinementOptions settled = options();
   settled.steps = 30;
   const Refinement refined =
-      refineMutual(source_.surface, source_.index, target_.surface, target_.index, truth_, settled);
+      refineMutual({source_.surface, source_.index}, {target_.surface, target_.index}, truth_, settled);
   const Matrix6& curvature = refined.statistics.curvature;
   // Small residuals: the derivative of the robust function is nearly its weight.
   EXPECT_LT((curvature - refined.hessian).norm(), 0.3 * refined.hessian.norm());
@@ -305,7 +305,7 @@ TEST_F(RefinementOfTheRoom, TheStatisticsOfThePolishAreThoseAtItsEnd)
   // What does not face its sensor determines the pose less than it seems to, but scatters as much.
   SurfacePoints blind = source_.surface;
   std::fill(blind.facing.begin(), blind.facing.end(), std::uint8_t{0});
-  const Refinement of_blind = refineMutual(blind, source_.index, target_.surface, target_.index, truth_, settled);
+  const Refinement of_blind = refineMutual({blind, source_.index}, {target_.surface, target_.index}, truth_, settled);
   EXPECT_TRUE(of_blind.T_target_source.isApprox(refined.T_target_source, 0)); // the pose is the same
   EXPECT_TRUE(of_blind.statistics.curvature.isApprox(0.2 * curvature, 1e-12));
   EXPECT_TRUE(of_blind.statistics.scatter == refined.statistics.scatter);
@@ -387,7 +387,7 @@ TEST_F(RefinementOfTheRoom, WithoutMatchesThePoseStays)
   EXPECT_THAT(refined.T_target_source, IsPoseNear(away, 1e-9, 1e-9));
   EXPECT_TRUE(refined.hessian.isZero());
   const Refinement mutual =
-      refineMutual(source_.surface, source_.index, target_.surface, target_.index, away, options());
+      refineMutual({source_.surface, source_.index}, {target_.surface, target_.index}, away, options());
   EXPECT_EQ(mutual.matches, 0);
   EXPECT_THAT(mutual.T_target_source, IsPoseNear(away, 1e-9, 1e-9));
 }
@@ -399,7 +399,8 @@ TEST_F(RefinementOfTheRoom, EmptyScans)
   EXPECT_EQ(refinePatches(source_.patches, PatchIndex(), truth_, options()).matches, 0);
   const SurfacePoints no_points = drawSurfacePoints(ThinnedCloud(), none, 5, 100);
   EXPECT_EQ(no_points.points.cols(), 0);
-  const Refinement mutual = refineMutual(no_points, PatchIndex(), target_.surface, target_.index, truth_, options());
+  const Refinement mutual =
+      refineMutual({no_points, PatchIndex()}, {target_.surface, target_.index}, truth_, options());
   EXPECT_EQ(mutual.matches, 0);
   EXPECT_THAT(mutual.T_target_source, IsPoseNear(truth_, 1e-12, 1e-12));
 }
@@ -410,7 +411,8 @@ TEST_F(RefinementOfTheRoom, PosesThatAreNoneAreSurvived)
     Eigen::Isometry3d T = truth_;
     T.translation().x() = x;
     EXPECT_EQ(refinePatches(source_.patches, target_.index, T, options()).matches, 0) << x;
-    EXPECT_EQ(refineMutual(source_.surface, source_.index, target_.surface, target_.index, T, options()).matches, 0);
+    EXPECT_EQ(refineMutual({source_.surface, source_.index}, {target_.surface, target_.index}, T, options()).matches,
+              0);
   }
 }
 
@@ -482,7 +484,7 @@ TEST_F(RefinementOfTheRoom, AKnownVerticalCountsAsMuchAsItIsGoodTo)
     given.vertical->deviation = deviation;
     const Refinement patches = refinePatches(source_.patches, target_.index, truth_, given);
     const Refinement points =
-        refineMutual(source_.surface, source_.index, target_.surface, target_.index, truth_, given);
+        refineMutual({source_.surface, source_.index}, {target_.surface, target_.index}, truth_, given);
     for (const Refinement& refined : {patches, points}) {
       const double error = Eigen::AngleAxisd(truth_.linear().transpose() * refined.T_target_source.linear()).angle();
       EXPECT_LT(error, deviation >= 0.02 ? 0.001 : 0.022) << deviation;

@@ -118,7 +118,7 @@ PatchPair::polish(ScoredPose& pose) const
   if (options_.refine && !outOfTime()) {
     RefinementOptions options = polishOptions();
     const auto refinedFrom = [&](const Eigen::Isometry3d& T) {
-      return refineMutual(source_.surface, source_.index, target_.surface, target_.index, T, options);
+      return refineMutual(sourceSurface(), targetSurface(), T, options);
     };
     Refinement refined = refinedFrom(pose.T_target_source);
     const double distance = matchDistance(refined, refined.T_target_source);
@@ -141,21 +141,20 @@ Refinement
 PatchPair::fitAt(const Eigen::Isometry3d& T_target_source) const
 {
   RefinementOptions options = lastStep();
-  options.threads = threads_;
-  Refinement wide =
-      refineMutual(source_.surface, source_.index, target_.surface, target_.index, T_target_source, options);
+  Refinement wide = refineMutual(sourceSurface(), targetSurface(), T_target_source, options);
   const double distance = matchDistance(wide, T_target_source);
   if (distance >= config_.judgement.evidence.match)
     return wide;
   options.match.distance = static_cast<float>(distance);
-  return refineMutual(source_.surface, source_.index, target_.surface, target_.index, T_target_source, options);
+  return refineMutual(sourceSurface(), targetSurface(), T_target_source, options);
 }
 
 MutualFit
 PatchPair::fitInMap(const Eigen::Isometry3d& T_target_source) const
 {
-  return fitMutual(
-      source_.surface, source_.index, target_.surface, target_.index, T_target_source, lastStep(), noiseRule());
+  RefinementOptions options = lastStep();
+  options.threads = 1; // pairs of a map are worked on at once
+  return fitMutual(sourceSurface(), targetSurface(), T_target_source, options, noiseRule());
 }
 
 NoiseRule
@@ -175,10 +174,7 @@ PatchPair::matchDistance(const Refinement& wide, const Eigen::Isometry3d& T_targ
   const double floor = noiseFloor(config_.judgement.uncertainty, wide.rms);
   const std::vector<PrincipalMotion> motions = poseUncertainty(wide, floor).motions;
   rule.pose_deviation = motions.empty() ? rule.most : motions.front().deviation;
-  RefinementOptions options = lastStep();
-  options.threads = threads_;
-  return mutualMatchDistance(
-      source_.surface, source_.index, target_.surface, target_.index, T_target_source, options, rule);
+  return mutualMatchDistance(sourceSurface(), targetSurface(), T_target_source, lastStep(), rule);
 }
 
 RefinementOptions
@@ -220,14 +216,23 @@ PatchPair::toOuter(const Eigen::Isometry3d& T_target_source) const
   return Eigen::Translation3d(target_.origin) * T_target_source * Eigen::Translation3d(-source_.origin);
 }
 
+ScanSurface
+PatchPair::sourceSurface() const
+{
+  return {source_.surface, source_.index};
+}
+
+ScanSurface
+PatchPair::targetSurface() const
+{
+  return {target_.surface, target_.index};
+}
+
 RefinementOptions
 PatchPair::polishOptions() const
 {
   const EvidenceConfig& evidence = config_.judgement.evidence;
-  RefinementOptions options =
-      refinement(config_.refinement.polish_reach, evidence.match, evidence.normals, options_.max_refinement_steps);
-  options.threads = threads_;
-  return options;
+  return refinement(config_.refinement.polish_reach, evidence.match, evidence.normals, options_.max_refinement_steps);
 }
 
 VisibilityOptions
@@ -273,6 +278,7 @@ PatchPair::refinement(double reach, double final_distance, double angle, int ste
   options.match = tolerances(reach, angle).match;
   options.final_distance = final_distance;
   options.steps = steps;
+  options.threads = threads_;
   options.least_rms = config_.refinement.match_noise;
   options.unseen_curvature = config_.judgement.uncertainty.unseen_curvature;
   options.deadline = deadline_;

@@ -119,7 +119,7 @@ public:
   /// or explains less, or Options::refine is off. ScoredPose::polish is of the pose that it leaves.
   void
   polish(ScoredPose& pose) const;
-  /// How the surfaces are laid onto each other where the pose is all but exact: one step of refineMutual(), one thread.
+  /// How the surfaces are laid onto each other where the pose is all but exact: one step of refineMutual().
   RefinementOptions
   lastStep() const;
 
@@ -146,6 +146,10 @@ public:
   toOuter(const Eigen::Isometry3d& T_target_source) const;
 
 private:
+  ScanSurface
+  sourceSurface() const;
+  ScanSurface
+  targetSurface() const;
   RefinementOptions
   polishOptions() const;
   /// How the matches of the polish follow the noise, for a pose that is held by more than they are.

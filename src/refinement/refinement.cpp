@@ -248,13 +248,10 @@ namespace {
 /// Points of both scans on the planes of the other one, found once and kept while the surface hardly moves.
 class MutualMatches {
 public:
-  MutualMatches(const SurfacePoints& source,
-                const PatchIndex& source_planes,
-                const SurfacePoints& target,
-                const PatchIndex& target_planes)
-      : source_(source), source_planes_(source_planes), target_(target), target_planes_(target_planes),
-        found_of_source_(static_cast<std::size_t>(source.points.cols()), -1),
-        found_of_target_(static_cast<std::size_t>(target.points.cols()), -1)
+  MutualMatches(const ScanSurface& source, const ScanSurface& target)
+      : source_(source.points), source_planes_(source.planes), target_(target.points), target_planes_(target.planes),
+        found_of_source_(static_cast<std::size_t>(source_.points.cols()), -1),
+        found_of_target_(static_cast<std::size_t>(target_.points.cols()), -1)
   {}
 
   void
@@ -282,31 +279,6 @@ public:
       addMatches(matches, step.scale, sum);
     };
     addInBlocks(source_.points.cols(), target_.points.cols(), threads, equations, addSource, addTarget);
-  }
-
-  /// Find the matches anew, and add up nothing.
-  void
-  find(const Step& step, int threads)
-  {
-    const Eigen::Isometry3d& T = step.T_target_source;
-    const Eigen::Isometry3d T_source_target = T.inverse();
-    const auto ignore = [](const auto&...) {};
-    const auto findOfSource = [&](Eigen::Index first, Eigen::Index count, PlaneEquations&) {
-      forEachMeeting(source_.points, source_.normals, T, first, count, target_planes_, step, found_of_source_, ignore);
-    };
-    const auto findOfTarget = [&](Eigen::Index first, Eigen::Index count, PlaneEquations&) {
-      forEachMeeting(target_.points,
-                     target_.normals,
-                     T_source_target,
-                     first,
-                     count,
-                     source_planes_,
-                     step,
-                     found_of_target_,
-                     ignore);
-    };
-    PlaneEquations none;
-    addInBlocks(source_.points.cols(), target_.points.cols(), threads, none, findOfSource, findOfTarget);
   }
 
   /// The plane distance of a match that follows from the noise of those found.
@@ -389,18 +361,17 @@ private:
 } // namespace
 
 Refinement
-refineMutual(const SurfacePoints& source,
-             const PatchIndex& source_planes,
-             const SurfacePoints& target,
-             const PatchIndex& target_planes,
+refineMutual(const ScanSurface& source,
+             const ScanSurface& target,
              const Eigen::Isometry3d& T_target_source,
              const RefinementOptions& options)
 {
-  if (source.points.cols() == 0 || target.points.cols() == 0)
+  if (source.points.points.cols() == 0 || target.points.points.cols() == 0)
     return refine(
         T_target_source, Eigen::Vector3d::Zero(), options, [](const auto&...) {}, noStatistics);
-  const Eigen::Vector3d centre = T_target_source * Eigen::Vector3d(source.points.cast<double>().rowwise().mean());
-  MutualMatches matches(source, source_planes, target, target_planes);
+  const Eigen::Vector3d centre =
+      T_target_source * Eigen::Vector3d(source.points.points.cast<double>().rowwise().mean());
+  MutualMatches matches(source, target);
   return refine(
       T_target_source,
       centre,
@@ -426,27 +397,24 @@ stepAt(const Eigen::Isometry3d& T_target_source,
 } // namespace
 
 double
-mutualMatchDistance(const SurfacePoints& source,
-                    const PatchIndex& source_planes,
-                    const SurfacePoints& target,
-                    const PatchIndex& target_planes,
+mutualMatchDistance(const ScanSurface& source,
+                    const ScanSurface& target,
                     const Eigen::Isometry3d& T_target_source,
                     const RefinementOptions& options,
                     const NoiseRule& rule)
 {
   if (2 * rule.deviations * rule.pose_deviation >= rule.most)
     return rule.most;
-  MutualMatches matches(source, source_planes, target, target_planes);
+  MutualMatches matches(source, target);
   const Step wide = stepAt(T_target_source, Eigen::Vector3d::Zero(), options.match, rule.most);
-  matches.find(wide, options.threads);
+  PlaneEquations ignored;
+  matches.addEquations(wide, options.threads, ignored); // finds them
   return matches.distanceByNoise(wide, rule);
 }
 
 MutualFit
-fitMutual(const SurfacePoints& source,
-          const PatchIndex& source_planes,
-          const SurfacePoints& target,
-          const PatchIndex& target_planes,
+fitMutual(const ScanSurface& source,
+          const ScanSurface& target,
           const Eigen::Isometry3d& T_target_source,
           const RefinementOptions& options,
           const NoiseRule& rule)
@@ -454,11 +422,11 @@ fitMutual(const SurfacePoints& source,
   MutualFit fit;
   Refinement& here = fit.refinement;
   here.T_target_source = T_target_source;
-  fit.patches.resize(source.facing.size() + target.facing.size());
-  if (source.points.cols() == 0 || target.points.cols() == 0)
+  fit.patches.resize(source.points.facing.size() + target.points.facing.size());
+  if (source.points.points.cols() == 0 || target.points.points.cols() == 0)
     return fit;
-  here.centre = T_target_source * Eigen::Vector3d(source.points.cast<double>().rowwise().mean());
-  MutualMatches matches(source, source_planes, target, target_planes);
+  here.centre = T_target_source * Eigen::Vector3d(source.points.points.cast<double>().rowwise().mean());
+  MutualMatches matches(source, target);
   const auto equationsOf = [&](const Step& step) {
     PlaneEquations equations;
     matches.addEquations(step, options.threads, equations);

@@ -81,6 +81,12 @@ struct SurfacePoints {
 SurfacePoints
 drawSurfacePoints(const ThinnedCloud& cloud, const PlanarPatches& patches, int drawn_of_group, int group, int most = 0);
 
+/// What a scan brings to the final polish: its points, and the planes that those of the other scan are laid onto.
+struct ScanSurface {
+  const SurfacePoints& points;
+  const PatchIndex& planes;
+};
+
 /** \brief The final polish: points of each scan onto the planes of the other, both ways in one system.
  *
  * Patches that do not face their sensor are lines of points that noise spreads to a plane. Lines of one sensor lie
@@ -88,20 +94,16 @@ drawSurfacePoints(const ThinnedCloud& cloud, const PlanarPatches& patches, int d
  * share of their curvature only (UncertaintyConfig::unseen_curvature).
  */
 Refinement
-refineMutual(const SurfacePoints& source,
-             const PatchIndex& source_planes,
-             const SurfacePoints& target,
-             const PatchIndex& target_planes,
+refineMutual(const ScanSurface& source,
+             const ScanSurface& target,
              const Eigen::Isometry3d& T_target_source,
              const RefinementOptions& options);
 
 /// The plane distance of a match that follows from the noise of the matches of the polish at a pose. Of the options
 /// those are read that fitMutual() reads.
 double
-mutualMatchDistance(const SurfacePoints& source,
-                    const PatchIndex& source_planes,
-                    const SurfacePoints& target,
-                    const PatchIndex& target_planes,
+mutualMatchDistance(const ScanSurface& source,
+                    const ScanSurface& target,
                     const Eigen::Isometry3d& T_target_source,
                     const RefinementOptions& options,
                     const NoiseRule& rule);
@@ -119,10 +121,8 @@ struct MutualFit {
 /// The matches of the polish at a pose, as far apart as \p rule says. Start, number and end of steps and the final
 /// distance are not read from the options, nor is a vertical.
 MutualFit
-fitMutual(const SurfacePoints& source,
-          const PatchIndex& source_planes,
-          const SurfacePoints& target,
-          const PatchIndex& target_planes,
+fitMutual(const ScanSurface& source,
+          const ScanSurface& target,
           const Eigen::Isometry3d& T_target_source,
           const RefinementOptions& options,
           const NoiseRule& rule);
