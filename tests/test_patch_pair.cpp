@@ -152,6 +152,27 @@ TEST_F(PatchPairOfARoom, EachRefinementFromAsFarAsItReaches)
   }
 }
 
+TEST_F(PatchPairOfARoom, APolishMakesNoMoreStepsThanItIsGiven)
+{
+  const Eigen::Isometry3d start =
+      motion(Eigen::Vector3d::UnitX(), 0.01, Eigen::Vector3d(0.02, 0, 0)) * pair(options_).toInner(truth_);
+  const auto polished = [&](int most) {
+    Options options = options_;
+    options.max_refinement_steps = most;
+    const PatchPair scans = pair(options);
+    ScoredPose pose = at(start);
+    scans.scoreFine(pose);
+    scans.polish(pose);
+    return *pose.polish;
+  };
+  for (const int most : {1, 4, 12, 16, 30})
+    EXPECT_LE(polished(most).steps, most);
+  // Settled with wide matches, it goes on with narrow ones, and settles again.
+  const Refinement settled = polished(100);
+  EXPECT_LT(settled.steps, 80);
+  EXPECT_LT(settled.rms, 0.8 * polished(4).rms);
+}
+
 TEST_F(PatchPairOfARoom, WithoutPolishThePoseStaysAndIsDescribed)
 {
   const Eigen::Isometry3d start =

@@ -122,9 +122,12 @@ PatchPair::polish(ScoredPose& pose) const
     };
     Refinement refined = refinedFrom(pose.T_target_source);
     const double distance = matchDistance(refined, refined.T_target_source);
-    if (distance < options.final_distance) {
+    const int wide_steps = refined.steps;
+    options.steps -= wide_steps;
+    if (distance < options.final_distance && options.steps > 0) {
       options.match.distance = static_cast<float>(distance);
       refined = refinedFrom(refined.T_target_source);
+      refined.steps += wide_steps;
     }
     const Eigen::Isometry3d& T = refined.T_target_source;
     const bool near = isSamePlace(T, pose.T_target_source) && priors_.allow(T, Exactness::Refined);

@@ -119,7 +119,7 @@ refine(const Eigen::Isometry3d& T_start,
   // Root mean square motion of the matched surface along its normals since the matches were found [m].
   double moved = std::numeric_limits<double>::infinity();
   for (int step = 0; step < options.steps; ++step) {
-    const double f = std::min(1.0, static_cast<double>(step) / shrinking);
+    const double f = first > last ? std::min(1.0, static_cast<double>(step) / shrinking) : 1;
     tolerance.distance = static_cast<float>(first * std::pow(last / first, f));
     const Step state = {result.T_target_source,
                         centre,
