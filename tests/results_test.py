@@ -27,7 +27,7 @@ def entry(dataset, pairs, solved, accepted, wrong, **more):
 
 SUMMARY = {"methods": [entry("room", 3, 2, 2, 1), entry("hall", 1, 0, 0, 0, median_rotation_error_deg=None,
                                                         median_translation_error_m=None),
-                       entry(None, 4, 2, 2, 1, lost_at={"rotation": 1, "score": 3})]}
+                       entry(None, 4, 2, 2, 1, lost_at={"rotation": 1, "evidence": 3})]}
 SINGLE = {"methods": [entry("room", 3, 2, 2, 1)]}
 
 
@@ -86,22 +86,22 @@ class Tables(unittest.TestCase):
     def test_marks(self):
         _, total = results.entries(SUMMARY)
         lines = results.marks_table([("rotated", total), ("ICP", {**total, "log_loss": None, "calibration_error": None})])
-        self.assertEqual(lines[2], "| rotated | 4 | 2 (50.0 %) | 2 | 1 | 2.5 % | 0.250 | 3 score, 1 rotation |")
-        self.assertEqual(lines[3], "| ICP | 4 | 2 (50.0 %) | 2 | 1 | - | - | 3 score, 1 rotation |")
+        self.assertEqual(lines[2], "| rotated | 4 | 2 (50.0 %) | 2 | 1 | 2.5 % | 0.250 | 3 evidence, 1 rotation |")
+        self.assertEqual(lines[3], "| ICP | 4 | 2 (50.0 %) | 2 | 1 | - | - | 3 evidence, 1 rotation |")
         self.assertEqual(len({line.count("|") for line in lines}), 1)
 
     def test_sets(self):
         lines = results.sets_table(SUMMARY)
         self.assertEqual(lines[2], "| room | 3 | 2 (66.7 %) | 2 | 1 | 0.100 | 1.0 | 0.200 | - |")
         self.assertEqual(lines[3], "| hall | 1 | 0 (0.0 %) | 0 | 0 | - | - | 0.200 | - |")
-        self.assertEqual(lines[4], "| all | 4 | 2 (50.0 %) | 2 | 1 | 0.100 | 1.0 | 0.200 | 3 score, 1 rotation |")
+        self.assertEqual(lines[4], "| all | 4 | 2 (50.0 %) | 2 | 1 | 0.100 | 1.0 | 0.200 | 3 evidence, 1 rotation |")
 
     def test_pairs(self):
         lines = results.pairs_table([("listed", SUMMARY), ("unlisted", {"methods": [entry("room", 6, 5, 4, 0)]})])
         self.assertEqual(lines[0], "| set | listed | lost at | unlisted | lost at |")
         self.assertEqual(lines[2], "| room | 2 / 2 / 1 of 3 | - | 5 / 4 / 0 of 6 | - |")
         self.assertEqual(lines[3], "| hall | 0 / 0 / 0 of 1 | - | - | - |")
-        self.assertEqual(lines[4], "| all | 2 / 2 / 1 of 4 | 3 score, 1 rotation | 5 / 4 / 0 of 6 | - |")
+        self.assertEqual(lines[4], "| all | 2 / 2 / 1 of 4 | 3 evidence, 1 rotation | 5 / 4 / 0 of 6 | - |")
         self.assertEqual(len({line.count("|") for line in lines}), 1)
 
     def test_success(self):

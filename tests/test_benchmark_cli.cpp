@@ -328,10 +328,10 @@ TEST_F(BenchmarkProgram, theStageThatLostTheTruthIsNamed)
   const std::vector<ResultRow> all = rows();
   ASSERT_EQ(all.size(), 2U);
   EXPECT_FALSE(all[0].success);
-  EXPECT_EQ(all[0].lost_at, "score");
+  EXPECT_EQ(all[0].lost_at, "evidence");
   EXPECT_EQ(all[1].lost_at, ""); // only ssfr can say
   const std::string summary = io::readFile(folder_.file("out/summary.json"));
-  EXPECT_THAT(summary, HasSubstr("\"lost_at\": {\n        \"score\": 1\n"));
+  EXPECT_THAT(summary, HasSubstr("\"lost_at\": {\n        \"evidence\": 1\n"));
   // A right answer lost nothing.
   ASSERT_EQ(run(small() + out("right") + "--methods ssfr --pairs 0 --no-rmse").code, 0);
   EXPECT_TRUE(rows("right").at(0).success);

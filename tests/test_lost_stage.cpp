@@ -19,11 +19,10 @@ using Eigen::Vector3d;
 constexpr double kDegree = M_PI / 180;
 
 Candidate
-candidate(const Isometry3d& T, double score)
+candidate(const Isometry3d& T)
 {
   Candidate result;
   result.T_target_source = T;
-  result.score = score;
   return result;
 }
 
@@ -36,7 +35,7 @@ hypothesis(const Isometry3d& T, bool refined)
   return result;
 }
 
-/// A search that answers a pose 20 m off, and scores 0.3 there.
+/// A search that answers a pose 20 m off.
 class LostSearchTest : public ::testing::Test {
 protected:
   LostSearchTest()
@@ -44,7 +43,7 @@ protected:
     search_.truth = Translation3d(1, 2, 3) * AngleAxisd(0.4, Vector3d::UnitZ());
     wrong_ = Translation3d(20, 0, 0) * search_.truth;
     search_.result.T_target_source = wrong_;
-    search_.result.candidates = {candidate(wrong_, 0.3)};
+    search_.result.candidates = {candidate(wrong_)};
     search_.trace.passes.resize(1);
   }
   /// A pose that is off the truth by so much.
@@ -53,10 +52,12 @@ protected:
   {
     return Translation3d(0, metres, 0) * search_.truth * AngleAxisd(degrees * kDegree, Vector3d::UnitX());
   }
+  /// A search that was given the truth as a guess answers right.
   void
-  truthScores(double score)
+  truthIsMostProbable()
   {
-    search_.from_truth.candidates = {candidate(wrong_, 0.3), candidate(off(0.1, 0.02), score)};
+    search_.from_truth.candidates = {candidate(off(0.1, 0.02)), candidate(wrong_)};
+    search_.from_truth.T_target_source = off(0.1, 0.02);
   }
   TracedPass&
   pass()
@@ -70,7 +71,7 @@ protected:
 
 TEST_F(LostSearchTest, aRightAnswerIsNotLost)
 {
-  search_.result.candidates = {candidate(off(1, 0.1), 0.3)};
+  search_.result.candidates = {candidate(off(1, 0.1))};
   search_.result.T_target_source = off(1, 0.1);
   EXPECT_EQ(lostStage(search_), "");
 }
@@ -85,27 +86,30 @@ TEST_F(LostSearchTest, nothingSearchedIsThePreparation)
   EXPECT_EQ(lostStage(search_), "preparation");
 }
 
-TEST_F(LostSearchTest, aTruthThatScoresNoMoreIsTheScore)
+TEST_F(LostSearchTest, aTruthThatIsLessProbableIsTheEvidence)
 {
-  EXPECT_EQ(lostStage(search_), "score"); // refined from the truth, no right pose remains
-  truthScores(0.3);
-  EXPECT_EQ(lostStage(search_), "score");
+  EXPECT_EQ(lostStage(search_), "evidence"); // from the truth, nothing is found
+  // An identity that stands for no pose is no answer, even where it is right.
+  search_.from_truth.T_target_source = search_.truth;
+  EXPECT_EQ(lostStage(search_), "evidence");
+  search_.from_truth.candidates = {candidate(wrong_), candidate(off(0.1, 0.02))};
+  search_.from_truth.T_target_source = wrong_;
+  EXPECT_EQ(lostStage(search_), "evidence");
   pass().rotations.emplace_back(search_.truth.linear());
   pass().hypotheses.push_back(hypothesis(search_.truth, true));
-  EXPECT_EQ(lostStage(search_), "score"); // proposed or not
-  search_.result.candidates.push_back(candidate(off(0.1, 0.02), 0.2));
-  EXPECT_EQ(lostStage(search_), "score"); // found or not
+  EXPECT_EQ(lostStage(search_), "evidence"); // proposed or not
 }
 
-TEST_F(LostSearchTest, aRightCandidateThatScoresMostIsTheChoice)
+TEST_F(LostSearchTest, aRightPoseThatWasFoundAndIsLessProbableIsTheEvidence)
 {
-  search_.result.candidates.push_back(candidate(off(0.1, 0.02), 0.4));
-  EXPECT_EQ(lostStage(search_), "choice");
+  truthIsMostProbable(); // with the prior of a guess
+  search_.result.candidates.push_back(candidate(off(0.1, 0.02)));
+  EXPECT_EQ(lostStage(search_), "evidence");
 }
 
 TEST_F(LostSearchTest, stagesOfTheSearch)
 {
-  truthScores(0.5);
+  truthIsMostProbable();
   EXPECT_EQ(lostStage(search_), "rotation");
   pass().rotations.emplace_back(off(5.1, 0).linear());
   EXPECT_EQ(lostStage(search_), "rotation");
@@ -121,7 +125,7 @@ TEST_F(LostSearchTest, stagesOfTheSearch)
 
 TEST_F(LostSearchTest, planViewsProposeAsWell)
 {
-  truthScores(0.5);
+  truthIsMostProbable();
   search_.trace.plan_hypotheses = {hypothesis(off(3, 4), true)};
   EXPECT_EQ(lostStage(search_), "translation");
   search_.trace.plan_hypotheses = {hypothesis(off(3, 0.4), true)};
@@ -130,7 +134,7 @@ TEST_F(LostSearchTest, planViewsProposeAsWell)
 
 TEST_F(LostSearchTest, errorsAreTakenAtTheReference)
 {
-  truthScores(0.5);
+  truthIsMostProbable();
   search_.reference = Vector3d(100, 0, 0);
   // A degree at 100 m is 1.7 m.
   pass().rotations.emplace_back(search_.truth.linear());
@@ -159,7 +163,7 @@ TEST(FindLostStage, ofRealSearches)
   // Where the truth is another place, the evidence is against it.
   const Isometry3d truth = *pair.T_target_source;
   pair.T_target_source = Translation3d(40, 30, 20) * truth;
-  EXPECT_EQ(findLostStage(pair, Options(), bound), "score");
+  EXPECT_EQ(findLostStage(pair, Options(), bound), "evidence");
   pair.T_target_source.reset();
   EXPECT_EQ(findLostStage(pair, Options(), bound), "");
   pair.T_target_source = truth;

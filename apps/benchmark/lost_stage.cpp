@@ -10,7 +10,6 @@
 
 #include <algorithm>
 #include <iterator>
-#include <optional>
 #include <vector>
 
 namespace pcl_ssfr {
@@ -30,15 +29,18 @@ public:
     return isWithin(errorOf(T_target_source), search_.bound);
   }
 
-  /// The largest score of a right candidate; none: there is no right one.
-  std::optional<double>
-  scoreOfRight(const Result& result) const
+  bool
+  isAnswerRight(const Result& result) const
   {
-    std::optional<double> score;
-    for (const Candidate& candidate : result.candidates)
-      if (isRight(candidate.T_target_source))
-        score = std::max(score.value_or(candidate.score), candidate.score);
-    return score;
+    return !result.candidates.empty() && isRight(result.T_target_source);
+  }
+
+  bool
+  isRightFound(const Result& result) const
+  {
+    return std::any_of(result.candidates.begin(), result.candidates.end(), [&](const Candidate& candidate) {
+      return isRight(candidate.T_target_source);
+    });
   }
 
   /// Whether a rotation near the true one was searched, by which plan views count as well: they propose their own.
@@ -91,18 +93,12 @@ std::string
 lostStage(const LostSearch& search)
 {
   const Loss loss(search);
-  const std::vector<Candidate>& candidates = search.result.candidates;
-  const bool has_answer = !candidates.empty();
-  if (has_answer && loss.isRight(search.result.T_target_source))
+  if (loss.isAnswerRight(search.result))
     return "";
-  if (!has_answer && search.trace.passes.empty() && search.trace.plan_hypotheses.empty())
+  if (search.result.candidates.empty() && search.trace.passes.empty() && search.trace.plan_hypotheses.empty())
     return "preparation";
-  const std::optional<double> found = loss.scoreOfRight(search.result);
-  const std::optional<double> truth = found ? found : loss.scoreOfRight(search.from_truth);
-  if (!truth || (has_answer && *truth <= candidates.front().score))
-    return "score";
-  if (found)
-    return "choice";
+  if (loss.isRightFound(search.result) || !loss.isAnswerRight(search.from_truth))
+    return "evidence";
   if (!loss.isRotationProposed())
     return "rotation";
   const std::vector<TracedHypothesis> near = loss.proposedNear();

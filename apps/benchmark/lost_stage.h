@@ -30,13 +30,12 @@ struct LostSearch {
 /** \brief The first stage after which the true pose was lost:
  *
  * - `preparation`: nothing was searched, since a scan holds too few points or directions
- * - `score`: the pose that the truth is refined to scores no more than the answer: whatever is proposed, the evidence
- *   is for another place
+ * - `evidence`: another pose is the most probable one, though a right one was found, or the truth was given as a guess:
+ *   whatever is proposed, the evidence is for another place
  * - `rotation`: no rotation within 5 degrees of the true one was searched
  * - `translation`: no pose within 5 degrees and 1 m, which is what refinements come home from, was proposed
  * - `not refined`: such a pose was proposed, but the posterior had decided before its turn
  * - `refinement`: such a pose was refined, and went elsewhere
- * - `choice`: a right pose scores most, and another one is more probable
  *
  * \return empty: the answer is right
  */
