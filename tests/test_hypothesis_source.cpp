@@ -236,8 +236,6 @@ TEST_F(HypothesesOfARoom, PassesDifferAsConfigured)
   EXPECT_TRUE(little.pass.little_overlap);
   EXPECT_EQ(much.pass.peaks_first, config.much_overlap.peaks_first);
   EXPECT_EQ(little.pass.peaks_second, config.little_overlap.peaks_second);
-  EXPECT_EQ(much.contradiction_weight, PoseSearchOptions().contradiction_weight);
-  EXPECT_EQ(little.contradiction_weight, scans.config().judgement.evidence.contradiction_weight);
   EXPECT_EQ(much.peak_separation, scans.config().refinement.distinct_distance);
   EXPECT_FALSE(much.window);
 }

@@ -72,11 +72,7 @@ makeScan(const Eigen::Isometry3d& T_world_sensor, std::uint64_t seed)
 
 class PlanSearch : public ::testing::Test {
 protected:
-  PlanSearch()
-  {
-    options_.reach = 20;
-    options_.voting.contradiction_weight = 14;
-  }
+  PlanSearch() { options_.reach = 20; }
 
   std::vector<PoseHypothesis>
   search(bool with_image = true) const

@@ -66,6 +66,30 @@ protected:
                               R,
                               options);
   }
+
+  struct Votes {
+    int in_favour = 0, against = 0;
+  };
+
+  /// How the places of the source vote on a pose, one by one.
+  Votes
+  votesOn(const Eigen::Isometry3d& T_target_source, const PoseSearchOptions& options, bool with_image) const
+  {
+    Votes votes;
+    for (Eigen::Index i = 0; i < source_.votes.points.cols(); ++i) {
+      const Eigen::Vector3f p = (T_target_source * source_.votes.points.col(i).cast<double>()).cast<float>();
+      const Eigen::Vector3f n = T_target_source.linear().cast<float>() * source_.votes.normals.col(i);
+      if (target_.index.mask(p) >> directionClass(n) & 1) {
+        ++votes.in_favour;
+        continue;
+      }
+      const Eigen::Vector3f ray = p - target_.image.viewpoint();
+      const float free = target_.image.freeRange(target_.image.cell(ray));
+      votes.against +=
+          with_image && free > 0 && ray.norm() < options.visibility.free_ratio * free - options.visibility.free_margin;
+    }
+    return votes;
+  }
 };
 
 TEST_F(PoseSearch, FindsTheTranslation)
@@ -118,21 +142,9 @@ TEST_F(PoseSearch, ScoresAreTheShareOfTheVotes)
     int contradicted = 0;
     for (const Eigen::Matrix3d& R : {truth_.linear().eval(), (half_turn * truth_.linear()).eval()})
       for (const PoseHypothesis& pose : search(R, options, with_image)) {
-        int votes_for = 0, votes_against = 0;
-        for (Eigen::Index i = 0; i < source_.votes.points.cols(); ++i) {
-          const Eigen::Vector3f p = (pose.T_target_source * source_.votes.points.col(i).cast<double>()).cast<float>();
-          const Eigen::Vector3f n = pose.T_target_source.linear().cast<float>() * source_.votes.normals.col(i);
-          if (target_.index.mask(p) >> directionClass(n) & 1) {
-            ++votes_for;
-            continue;
-          }
-          const Eigen::Vector3f ray = p - target_.image.viewpoint();
-          const float free = target_.image.freeRange(target_.image.cell(ray));
-          votes_against += with_image && free > 0 &&
-                           ray.norm() < options.visibility.free_ratio * free - options.visibility.free_margin;
-        }
-        contradicted += votes_against;
-        const double expected = (votes_for - options.contradiction_weight * votes_against) /
+        const Votes votes = votesOn(pose.T_target_source, options, with_image);
+        contradicted += votes.against;
+        const double expected = (votes.in_favour - options.config.contradiction_weight * votes.against) /
                                 static_cast<double>(source_.votes.points.cols());
         EXPECT_NEAR(pose.score, expected, 0.02); // a vote or so on the border of a voxel
       }
@@ -140,21 +152,27 @@ TEST_F(PoseSearch, ScoresAreTheShareOfTheVotes)
   }
 }
 
-TEST_F(PoseSearch, LittleOverlapKeepsWhatHasMoreVotesForItThanWeightedOnesAgainst)
+TEST_F(PoseSearch, LittleOverlapRanksByVotesForEachOneAgainst)
 {
   PoseSearchOptions options;
   options.pass.little_overlap = true;
-  options.contradiction_weight = 14;
   options.visibility.free_margin = 0.05f;
   options.pass.refined = 1000;
   const auto found = search(truth_.linear(), options);
   ASSERT_FALSE(found.empty());
   EXPECT_THAT(found[0].T_target_source, testing::IsPoseNear(truth_, 1e-9, 0.2));
+  const auto places = static_cast<double>(source_.votes.points.cols());
+  int contradicted = 0;
   for (std::size_t i = 0; i < found.size(); ++i) {
-    EXPECT_GT(found[i].score, 0);
-    EXPECT_GE(found[i].votes, options.config.least_votes * static_cast<double>(source_.votes.points.cols()));
+    EXPECT_GE(found[i].votes, options.config.least_votes * places);
     EXPECT_TRUE(i == 0 || found[i - 1].score >= found[i].score);
+    const Votes votes = votesOn(found[i].T_target_source, options, true);
+    contradicted += votes.against;
+    // A vote or so is on the border of a voxel.
+    EXPECT_LE(found[i].score, (votes.in_favour + 2) / (std::max(votes.against, 1) * places));
+    EXPECT_GE(found[i].score, (votes.in_favour - 2) / ((votes.against + 2) * places));
   }
+  EXPECT_GT(contradicted, 20);
   // Without free space nothing is against a pose.
   for (const PoseHypothesis& pose : search(truth_.linear(), options, false))
     EXPECT_NEAR(pose.score, pose.votes / static_cast<double>(source_.votes.points.cols()), 1e-12);
@@ -202,7 +220,6 @@ TEST(LittleOverlap, IsFoundThoughFewVoteForIt)
   };
   EXPECT_GT(nearest(), 1);
   options.pass.little_overlap = true;
-  options.contradiction_weight = 14;
   EXPECT_LT(nearest(), RefinementConfig().coarse_reach); // from there the refinement finds it
 }
 

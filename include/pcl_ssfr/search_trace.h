@@ -13,14 +13,16 @@ namespace pcl_ssfr {
 /// A pose that the search for translations proposed.
 struct TracedHypothesis {
   Eigen::Isometry3d T_target_source = Eigen::Isometry3d::Identity(); ///< maps source points into the target frame
-  double votes = 0;     ///< share of votes for it, less the weighted share of votes against it
+  double votes = 0;     ///< share of votes for it, less twice the share against it; in the pass for scans that share
+                        ///< little, and by plan views, the share for it over the number against it and one
   bool refined = false; ///< it was refined and scored; else the posterior had decided before its turn
 };
 
 /// One pass of the search.
 struct TracedPass {
-  bool little_overlap = false;            ///< ranked by few votes against a pose: the pass for scans that share little
-  std::vector<Eigen::Matrix3d> rotations; ///< R_target_source that were searched, best supported first
+  bool little_overlap =
+      false; ///< the pass for scans that share little: by the votes for a pose for each one against it
+  std::vector<Eigen::Matrix3d> rotations;   ///< R_target_source that were searched, best supported first
   std::vector<TracedHypothesis> hypotheses; ///< most votes first
 };
 

@@ -194,8 +194,6 @@ HypothesisSource::searchOptions(const SearchPass& pass) const
       bin_width, pair_.source().patches.samples, pair_.target().patches.samples, HistogramOptions{}.max_bins);
   options.step = config.refinement.coarse_reach / 2;
   options.peak_separation = config.refinement.distinct_distance;
-  options.contradiction_weight =
-      pass.little_overlap ? config.judgement.evidence.contradiction_weight : config.search.contradiction_weight;
   options.visibility = pair_.searchTolerances();
   options.deadline = pair_.deadline();
   return options;

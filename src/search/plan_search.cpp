@@ -125,8 +125,6 @@ searchPlans(const OrientedSamples& source,
   const int lines = static_cast<int>(std::ceil(options.config.cell / (2 * step)));
   const Eigen::Vector3d along = plans.target.frame.col(0);
   const Eigen::Vector3d across = plans.target.frame.col(1);
-  const CountingOptions counting = {
-      options.voting.contradiction_weight, options.voting.config.screening_share, options.voting.config.least_votes};
   std::vector<PoseHypothesis> found(matches.size());
   forEachInParallel(static_cast<std::int64_t>(matches.size()), 1, options.threads, [&](std::int64_t i) {
     PoseHypothesis& best = found[static_cast<std::size_t>(i)];
@@ -140,10 +138,11 @@ searchPlans(const OrientedSamples& source,
       std::vector<VotedTranslation> voted;
       for (int line = -lines; line <= lines; ++line) {
         const Eigen::Vector3d start = T.translation() + 2 * line * step * across - 2 * lines * step * along;
-        findUncontradicted(counter,
-                           {start.cast<float>(), (step * along).cast<float>(), static_cast<std::size_t>(4 * lines + 1)},
-                           counting,
-                           voted);
+        findLeastContradicted(
+            counter,
+            {start.cast<float>(), (step * along).cast<float>(), static_cast<std::size_t>(4 * lines + 1)},
+            options.voting.config,
+            voted);
       }
       for (const VotedTranslation& candidate : voted) {
         const double score = candidate.score / static_cast<double>(std::max<Eigen::Index>(1, counter.size()));

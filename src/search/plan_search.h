@@ -33,7 +33,7 @@ struct PlanSearchOptions {
   int turns = SearchConfig{}.sweep_steps;            ///< rotations about an axis, >= 1
   int matches = SearchConfig{}.much_overlap.refined; ///< that are voted on, >= 1
   double reach = 50;                                 ///< largest shift across an axis [m]
-  PoseSearchOptions voting; ///< how places vote on poses: step, visibility, contradiction_weight, deadline are read
+  PoseSearchOptions voting; ///< how places vote on poses: step, visibility, config and deadline are read
   int threads = 1;          ///< the bits do not depend on it
   std::function<bool(const Eigen::Isometry3d&)> is_allowed; ///< empty: every pose
 };

@@ -362,8 +362,6 @@ searchTranslations(const OrientedSamples& source,
   // As many as are screened of the votes for a rival.
   auto best_screened = static_cast<int>(static_cast<std::int64_t>(options.rival_votes) * counter.screened() /
                                         std::max<Eigen::Index>(1, counter.size()));
-  const CountingOptions counting = {
-      options.contradiction_weight, options.config.screening_share, options.config.least_votes};
   for (const ShiftPeak& a : first)
     for (const ShiftPeak& b : second) {
       if (options.deadline.hasPassed())
@@ -372,9 +370,9 @@ searchTranslations(const OrientedSamples& source,
                            (axes.col(2) * options.step).cast<float>(),
                            shifts};
       if (options.pass.little_overlap)
-        findUncontradicted(counter, line, counting, found);
+        findLeastContradicted(counter, line, options.config, found);
       else
-        findMostVoted(counter, line, counting, best_screened, found);
+        findMostVoted(counter, line, options.config, best_screened, found);
     }
   return keepDistinct(std::move(found), R, counter.size(), options);
 }

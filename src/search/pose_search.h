@@ -26,7 +26,6 @@ struct PoseSearchOptions {
   SearchPass pass = SearchConfig{}.much_overlap;
   double step = RefinementConfig{}.coarse_reach / 2;             ///< of the exhaustive search along the third axis [m]
   double peak_separation = RefinementConfig{}.distinct_distance; ///< [m]
-  double contradiction_weight = SearchConfig{}.contradiction_weight; ///< a vote against counts so many votes for
   int rival_votes = 0; ///< for a pose that is known: where less than a share of as many is promised, none are counted
   VisibilityOptions visibility;
   Deadline deadline;                 ///< when it has passed no further line of shifts is looked at
@@ -35,14 +34,16 @@ struct PoseSearchOptions {
 
 // With SearchPass::little_overlap poses are sought under which the scans share little. Where they share much, the most
 // votes decide; where they do not, poses that lay one scan over the other have more votes than the truth, and only
-// votes against them distinguish them from it. Then all poses are kept that have votes for them in excess of the
-// weighted votes against them, and shifts around the highest peak of a correlation are tried too: surface that is seen
-// in common far from both sensors lies off it as soon as the rotation is.
+// votes against them distinguish them from it. Then those go on which have the most votes for each one against them:
+// how many there are of both depends on what the scans share, and on what has moved between them. And shifts around the
+// highest peak of a correlation are tried too: surface that is seen in common far from both sensors lies off it as soon
+// as the rotation is.
 
 /// A pose that deserves a closer look.
 struct PoseHypothesis {
   Eigen::Isometry3d T_target_source = Eigen::Isometry3d::Identity();
-  double score = 0; ///< share of votes for, less the weighted share of votes against
+  double score = 0; ///< share of votes for, less the weighted share against; with SearchPass::little_overlap the share
+                    ///< of votes for, over the number against and one
   int votes = 0;    ///< for it
 };
 

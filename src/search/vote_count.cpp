@@ -4,14 +4,13 @@
 #include "search/vote_count.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace pcl_ssfr {
 
 void
 findMostVoted(const VoteCounter& counter,
               const ShiftLine& line,
-              const CountingOptions& options,
+              const SearchConfig& config,
               int& best_screened,
               std::vector<VotedTranslation>& found)
 {
@@ -20,7 +19,7 @@ findMostVoted(const VoteCounter& counter,
   std::vector<int> counts(line.count, 0);
   for (std::size_t s = 0; s < line.count; s += 2) {
     best_screened = std::max(best_screened, screened[s / 2]);
-    if (screened[s / 2] < options.screening_share * best_screened)
+    if (screened[s / 2] < config.screening_share * best_screened)
       continue;
     counts[s] = screened[s / 2] + counter.otherVotesFor(line[s]);
     if (s > 0 && counts[s - 1] == 0)
@@ -32,19 +31,19 @@ findMostVoted(const VoteCounter& counter,
     const int count = counts[s];
     if (count == 0 || (s > 0 && counts[s - 1] > count) || (s + 1 < line.count && counts[s + 1] >= count))
       continue;
-    found.push_back({line[s], count, count - options.contradiction_weight * counter.votesAgainst(line[s])});
+    found.push_back({line[s], count, count - config.contradiction_weight * counter.votesAgainst(line[s])});
   }
 }
 
 void
-findUncontradicted(const VoteCounter& counter,
-                   const ShiftLine& line,
-                   const CountingOptions& options,
-                   std::vector<VotedTranslation>& found)
+findLeastContradicted(const VoteCounter& counter,
+                      const ShiftLine& line,
+                      const SearchConfig& config,
+                      std::vector<VotedTranslation>& found)
 {
   const std::vector<int> screened = counter.screen(line.everySecond());
-  const double least_screened = std::max(1.0, options.least_votes * static_cast<double>(counter.screened()));
-  const double least = std::max(1.0, options.least_votes * static_cast<double>(counter.size()));
+  const double least_screened = std::max(1.0, config.least_votes * static_cast<double>(counter.screened()));
+  const double least = std::max(1.0, config.least_votes * static_cast<double>(counter.size()));
   for (std::size_t s = 0; s < line.count; ++s) {
     // The shifts with an even number are screened, the others count where a neighbour does.
     const int before = screened[s / 2], after = screened[std::min(s / 2 + s % 2, screened.size() - 1)];
@@ -53,11 +52,7 @@ findUncontradicted(const VoteCounter& counter,
     const int count = s % 2 == 0 ? before + counter.otherVotesFor(line[s]) : counter.votesFor(line[s]);
     if (count < least)
       continue;
-    const int most = static_cast<int>(
-        std::min(std::ceil(count / options.contradiction_weight), static_cast<double>(counter.size()) + 1));
-    const int against = counter.votesAgainst(line[s], most);
-    if (against < most)
-      found.push_back({line[s], count, count - options.contradiction_weight * against});
+    found.push_back({line[s], count, count / (1.0 + counter.votesAgainst(line[s]))});
   }
 }
 

@@ -14,7 +14,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <vector>
 
 namespace pcl_ssfr {
@@ -75,9 +74,9 @@ public:
     return index_.countFacing(probes_, 0, probes_.x.size(), t);
   }
 
-  /// Samples that hang in the free space of the target; counting ends at \p most.
+  /// Samples that hang in the free space of the target.
   int
-  votesAgainst(const Eigen::Vector3f& t, int most = std::numeric_limits<int>::max()) const
+  votesAgainst(const Eigen::Vector3f& t) const
   {
     if (!image_)
       return 0;
@@ -85,7 +84,7 @@ public:
     int votes = 0;
     std::array<float, kBatchSize> x, y, z;
     std::array<std::int32_t, kBatchSize> facing, free;
-    for (std::size_t first = 0; first < end && votes < most; first += kBatchSize) {
+    for (std::size_t first = 0; first < end; first += kBatchSize) {
       const std::size_t n = std::min(kBatchSize, end - first);
       for (std::size_t i = 0; i < n; ++i) {
         x[i] = probes_.x[first + i] + t.x();
@@ -97,7 +96,7 @@ public:
       for (std::size_t i = 0; i < n; ++i)
         votes += free[i] & ~facing[i];
     }
-    return std::min(votes, most);
+    return votes;
   }
 
 private:
@@ -112,30 +111,24 @@ private:
 struct VotedTranslation {
   Eigen::Vector3f translation; ///< [m]
   int votes = 0;               ///< for it
-  double score = 0;            ///< votes for it, less the weighted votes against it
+  double score = 0;            ///< what they say for it, see below
 };
 
-/// What decides which translations are looked at in full.
-struct CountingOptions {
-  double contradiction_weight; ///< a vote against counts so many votes for
-  double screening_share;      ///< of the best count, that a translation must promise
-  double least_votes;          ///< share of the votes that a translation must have
-};
-
-/// The shifts of a line that have the most votes, of those around them and not far below the best of all.
+/// The shifts of a line that have the most votes, of those around them and not far below the best of all. They score
+/// by the votes for them, less the weighted votes against them.
 /// \param[in,out] best_screened votes of the best of all among those that are screened
 void
 findMostVoted(const VoteCounter& counter,
               const ShiftLine& line,
-              const CountingOptions& options,
+              const SearchConfig& config,
               int& best_screened,
               std::vector<VotedTranslation>& found);
 
-/// The shifts of a line that have enough votes, and more than the weighted ones against them.
+/// The shifts of a line that have enough votes. They score by the votes for them over those against them, and one.
 void
-findUncontradicted(const VoteCounter& counter,
-                   const ShiftLine& line,
-                   const CountingOptions& options,
-                   std::vector<VotedTranslation>& found);
+findLeastContradicted(const VoteCounter& counter,
+                      const ShiftLine& line,
+                      const SearchConfig& config,
+                      std::vector<VotedTranslation>& found);
 
 } // namespace pcl_ssfr
