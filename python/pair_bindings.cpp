@@ -189,6 +189,13 @@ bindCandidates(py::module_& module)
       .def_readonly("third_direction",
                     &CandidateEvidence::third_direction,
                     "Share of the matched surface that faces the least faced direction, [0, 1/3].")
+      .def_readonly("held_second",
+                    &CandidateEvidence::held_second,
+                    "Matched surface that faces the second of the directions that it faces [m^2].")
+      .def_readonly("held_third", &CandidateEvidence::held_third, "The same of the least faced direction [m^2].")
+      .def_readonly("held_at_depth",
+                    &CandidateEvidence::held_at_depth,
+                    "Unmatched surface that faces that direction, at the depth that the other sensor saw [m^2].")
       .def_readonly("patches", &CandidateEvidence::patches, "Patches of both scans, by the fourth root of their area.")
       .def_readonly(
           "facing_patches", &CandidateEvidence::facing_patches, "Of these, those that face their own sensor.");

@@ -20,14 +20,15 @@ namespace {
 
 constexpr double kContradictionWeight = 14;
 constexpr double kPatches = 500; // weighted number of them, half of which face their sensor
-const PosteriorModel kSeeing = {JudgementConfig().posterior, JudgementConfig().directions};
-const PosteriorModel kBlind = {JudgementConfig().posterior_blind, JudgementConfig().directions};
+constexpr double kSurface = 200; // [m^2]
+const PosteriorModel kSeeing = makePosteriorModel(JudgementConfig(), true);
+const PosteriorModel kBlind = makePosteriorModel(JudgementConfig(), false);
 
 /// The posterior of one of its two models alone.
 PosteriorModel
-alone(PosteriorModel model, bool of_directions)
+alone(PosteriorModel model, bool of_ratios)
 {
-  model.directions.trust = of_directions ? 1 : 0;
+  model.ratios.trust = of_ratios ? 1 : 0;
   return model;
 }
 
@@ -36,13 +37,15 @@ ScoredPose
 poseOf(double matched, double contradicted = 0, double third = 0.05, double patches = kPatches)
 {
   SurfaceEvidence e;
-  e.total = 1;
-  e.matched = matched;
-  e.contradicted = contradicted;
-  e.unmatched = 0.08;
+  e.total = kSurface;
+  e.matched = matched * kSurface;
+  e.contradicted = contradicted * kSurface;
+  e.unmatched = 0.08 * kSurface;
   e.patches = {patches, matched * patches, contradicted * patches};
   e.facing = {patches / 2, matched * patches / 2, contradicted * patches / 2};
-  e.matched_normals = Eigen::Vector3d(1, 1, third).asDiagonal();
+  const double least = std::min(third, matched / 3), others = (matched - least) / 2;
+  e.matched_normals = Eigen::Vector3d(others * kSurface, others * kSurface, least * kSurface).asDiagonal();
+  e.unmatched_normals = e.unmatched / 3 * Eigen::Matrix3d::Identity();
   ScoredPose pose;
   rate(pose, e, kContradictionWeight);
   return pose;
@@ -62,12 +65,15 @@ badPose()
   return poseOf(0.12, 0.005, 0.01);
 }
 
-/// The pose with \p share of the score of another one.
+/// A pose with \p share of the matches of another one, and of its score.
 ScoredPose
 rivalOf(ScoredPose pose, double share)
 {
   pose.score *= share;
   pose.facing_score *= share;
+  pose.evidence.patches.matched *= share;
+  for (double* surface : {&pose.held.second, &pose.held.third, &pose.held.at_depth})
+    *surface *= share;
   return pose;
 }
 
@@ -110,11 +116,13 @@ TEST(Posterior, NoPoses)
 
 TEST(Posterior, ByHand)
 {
-  const PosteriorModel config = {{0.5, 2, 1, 1, 0.25, 3}, {0.25, 0.5, 2, 6}};
+  const PosteriorModel config = {{0.5, 2, 1, 1, 0.25, 3}, {0.25, 4, 0.5, 2, 1, 1.5, 3, 0}, 2};
   ScoredPose first, second;
   SurfaceEvidence e;
   e.total = 20;
-  e.matched_normals = Eigen::Vector3d(5, 6, 2).asDiagonal(); // a tenth in the third direction
+  e.matched = 12;
+  e.matched_normals = Eigen::Vector3d(4, 6, 2).asDiagonal(); // a tenth in the third direction
+  e.unmatched_normals = Eigen::Vector3d(7, 7, 6).asDiagonal();
   e.patches = {16, 12, 0};
   e.facing = {10, 8, 0.1};
   rate(first, e, kContradictionWeight);
@@ -123,23 +131,24 @@ TEST(Posterior, ByHand)
   ASSERT_NEAR(first.score, 0.75, 1e-12);
   ASSERT_NEAR(second.score, 0.5, 1e-12);
   // By the first model each of the root of 16 patches counts a quarter: they lead by 0.25, and by three times the log
-  // of 1.5. By the second each counts a half, and 1.6 patches of the first one face the third direction, 4 of the
-  // other.
+  // of 1.5. By the second model each match counts a half over that root; in units of 2 m^2, 2 and 1 of the surface of
+  // the first one face the second and the third direction, 3 lie at the depth that was seen; 3, 4 and 2 of the other
+  // one's, and a patch of it contradicts.
   second.log_prior = std::log(2);
-  second.evidence.matched_normals = Eigen::Vector3d(5, 6, 5).asDiagonal();
+  second.held = {6, 8, 4};
+  second.evidence.patches.contradicted = 1;
   const double by_lead = std::exp(0.25) * std::pow(1.5, 3) / 2;
-  const double by_directions = std::exp(0.5) * std::pow((2.6 / 7.6) / (5.0 / 10), 2) / 2;
-  EXPECT_NEAR(logOdds(first, second, config), std::log(by_lead), 1e-12);
-  EXPECT_NEAR(logOdds(second, first, config), -std::log(by_directions), 1e-12);
+  const double by_ratios = std::exp(0.5) * std::pow(3.0 / 4, 2) * (2.0 / 5) * std::pow(4.0 / 3, 1.5) * 8 / 2;
+  EXPECT_NEAR(logOdds(first, second, config), std::log(by_ratios), 1e-12);
+  EXPECT_NEAR(logOdds(second, first, config), -std::log(by_lead), 1e-12);
   // Of the 8 matches 1.4 are taken back.
-  const double log_odds = 0.5 + 2 * std::log(6.6 / 8) + std::log(0.101) + std::log(9);
-  const double any = 1 / (1 + std::exp(-log_odds));
-  const double share = 0.75 * by_lead / (1 + by_lead) + 0.25 * by_directions / (1 + by_directions);
+  const auto anyOf = [](double clear) { return 1 / (1 + std::exp(-(0.5 + clear + std::log(0.101) + std::log(9)))); };
+  const double lead = 0.75 * anyOf(2 * std::log(6.6 / 8)), ratios = 0.25 * anyOf(-4 * std::log(1 + 0.1 / 9));
   const Posterior posterior = computePosterior({first, second}, config);
-  EXPECT_NEAR(posterior.none, 1 - any, 1e-12);
+  EXPECT_NEAR(posterior.none, 1 - lead - ratios, 1e-12);
   ASSERT_EQ(posterior.poses.size(), 2U);
-  EXPECT_NEAR(posterior.poses[0], any * share, 1e-12);
-  EXPECT_NEAR(posterior.poses[1], any * (1 - share), 1e-12);
+  EXPECT_NEAR(posterior.poses[0], lead * by_lead / (1 + by_lead) + ratios * by_ratios / (1 + by_ratios), 1e-12);
+  EXPECT_NEAR(posterior.poses[1], lead / (1 + by_lead) + ratios / (1 + by_ratios), 1e-12);
   EXPECT_EQ(posterior.best(), posterior.poses[0]);
 }
 
@@ -216,8 +225,8 @@ TEST(Posterior, AnEqualPoseTakesHalfAndLeavesNone)
 
 TEST(Posterior, LogPriorMultipliesTheOddsOfEachModel)
 {
-  for (const bool of_directions : {false, true}) {
-    const PosteriorModel model = alone(kSeeing, of_directions);
+  for (const bool of_ratios : {false, true}) {
+    const PosteriorModel model = alone(kSeeing, of_ratios);
     const Posterior even = computePosterior({goodPose(), rivalOf(goodPose(), 0.95)}, model);
     for (const double k : {0.05, 0.5, 2.0, 31.0}) {
       ScoredPose favoured = goodPose();
@@ -244,15 +253,10 @@ TEST(Posterior, IsBetweenItsTwoModels)
     const Posterior both = computePosterior(poses, kSeeing);
     const Posterior first = computePosterior(poses, alone(kSeeing, false));
     const Posterior second = computePosterior(poses, alone(kSeeing, true));
-    // Their sums of all but "none" differ where they have another best pose.
-    const auto anyOf = [](const Posterior& p) { return std::accumulate(p.poses.begin(), p.poses.end(), 0.0); };
-    const double any = anyOf(both), any_first = anyOf(first), any_second = anyOf(second);
-    if (!(any > 0 && any_first > 0 && any_second > 0))
-      continue;
     for (std::size_t k = 0; k < poses.size(); ++k) {
-      const auto [low, high] = std::minmax({first.poses[k] / any_first, second.poses[k] / any_second});
-      ASSERT_GE(both.poses[k] / any, low - 1e-12);
-      ASSERT_LE(both.poses[k] / any, high + 1e-12);
+      const auto [low, high] = std::minmax({first.poses[k], second.poses[k]});
+      ASSERT_GE(both.poses[k], low - 1e-12);
+      ASSERT_LE(both.poses[k], high + 1e-12);
       apart += high > low + 0.1;
     }
   }
@@ -261,13 +265,13 @@ TEST(Posterior, IsBetweenItsTwoModels)
 
 TEST(Posterior, GroundOnGroundIsNoLeadOverWhatIsHeld)
 {
-  // Twice the surface in two directions against what is held in all three.
-  const ScoredPose ground = poseOf(0.3, 0, 0.0005), held = poseOf(0.15, 0, 0.05);
+  // More surface in two directions against what is held in all three.
+  const ScoredPose ground = poseOf(0.3, 0, 0.0005), held = poseOf(0.25, 0, 0.08);
   for (const PosteriorModel& model : {kSeeing, kBlind}) {
     const Posterior lead = computePosterior({ground, held}, alone(model, false));
-    EXPECT_GT(lead.poses[0], 3 * lead.poses[1]);
-    const Posterior directions = computePosterior({ground, held}, alone(model, true));
-    EXPECT_GT(directions.poses[1], directions.poses[0]);
+    EXPECT_GT(lead.poses[0], 2 * lead.poses[1]);
+    const Posterior ratios = computePosterior({ground, held}, alone(model, true));
+    EXPECT_GT(ratios.poses[1], 3 * ratios.poses[0]);
     // Both together do not know.
     const Posterior both = computePosterior({ground, held}, model);
     EXPECT_LT(std::max(both.poses[0], both.poses[1]), Options().min_confidence);
@@ -282,12 +286,12 @@ TEST(Posterior, NothingForTheBestPoseIsNoneOfThem)
     EXPECT_EQ(computePosterior({ScoredPose()}, config).best(), 0);
     // More contradictions than the matches are worth.
     const Posterior posterior = computePosterior({poseOf(0.28, 0.03), poseOf(0.1, 0.05)}, config);
-    EXPECT_EQ(posterior.none, 1);
-    EXPECT_EQ(posterior.poses, std::vector<double>({0, 0}));
-    EXPECT_EQ(computePosterior({rivalOf(goodPose(), 0)}, config).none, 1);
+    const double refused = 1 - config.ratios.trust - 1e-12; // by the model of the lead, whatever the other one says
+    EXPECT_GE(posterior.none, refused);
+    EXPECT_GE(computePosterior({rivalOf(goodPose(), 0)}, config).none, refused);
     ScoredPose nothing = goodPose();
     nothing.score = std::numeric_limits<double>::quiet_NaN();
-    EXPECT_EQ(computePosterior({nothing}, config).none, 1);
+    EXPECT_GE(computePosterior({nothing}, config).none, refused);
   }
 }
 
@@ -316,7 +320,7 @@ TEST(Posterior, GrowsWithTheOverlapAndWithTheThirdDirection)
         before = best(overlap, 0.05);
       }
       before = 0;
-      for (double third = 0; third < 0.33; third += 0.02) {
+      for (double third = 0; third < 0.1; third += 0.01) {
         EXPECT_GT(best(0.3, third), before) << third;
         before = best(0.3, third);
       }
@@ -336,7 +340,7 @@ TEST(Posterior, GrowsWithTheScoreAmongPoses)
     }
     EXPECT_NEAR(before, computePosterior({goodPose()}, config).best() / 2, 1e-9);
     // A rival that contradicts itself away is next to none.
-    EXPECT_NEAR(computePosterior({goodPose(), rivalOf(goodPose(), -0.5)}, config).best(),
+    EXPECT_NEAR(computePosterior({goodPose(), poseOf(0.3, 0.1, 0)}, config).best(),
                 computePosterior({goodPose()}, config).best(),
                 1e-3);
   }
@@ -387,8 +391,8 @@ TEST(Posterior, ThreeThatComeNearLeaveLessThanTwo)
 {
   const ScoredPose best = poseOf(0.6), near = poseOf(0.58);
   EXPECT_LT(computePosterior({best, near, near}, kSeeing).best(), computePosterior({best, near}, kSeeing).best());
-  for (const bool of_directions : {false, true}) {
-    const PosteriorModel model = alone(kSeeing, of_directions);
+  for (const bool of_ratios : {false, true}) {
+    const PosteriorModel model = alone(kSeeing, of_ratios);
     const Posterior two = computePosterior({best, near}, model), three = computePosterior({best, near, near}, model);
     EXPECT_NEAR(three.poses[1] / three.poses[0], two.poses[1] / two.poses[0], 1e-12);
   }
@@ -432,6 +436,35 @@ TEST(SortByProbability, FollowsTheProbabilities)
   EXPECT_GT(not_by_score, 0); // the prior counts, too
 }
 
+TEST(Posterior, OnlyRatiosOfTheEvidenceCountInTheSecondModel)
+{
+  // A hundred times the surface, and all patches of a scan that is as dense: the same odds but for what may be chance.
+  const PosteriorModel model = alone(kSeeing, true);
+  const auto odds = [&](double surface, double patches) {
+    ScoredPose first = poseOf(0.5, 0.02, 0.1), second = poseOf(0.4, 0.01, 0.05);
+    for (ScoredPose* pose : {&first, &second}) {
+      for (double* of : {&pose->held.second, &pose->held.third, &pose->held.at_depth})
+        *of *= surface;
+      pose->evidence.patches.contradicted *= patches;
+    }
+    return logOdds(first, second, model);
+  };
+  EXPECT_NEAR(odds(1e4, 1e4), odds(1e6, 1e6), 0.01);
+  EXPECT_NEAR(odds(1, 1), odds(1e4, 1e4), 0.5);
+}
+
+TEST(Posterior, WhatStandsWhereItWasSeenCounts)
+{
+  const PosteriorModel model = alone(kSeeing, true);
+  ScoredPose crown = poseOf(0.2, 0.002), other = crown;
+  crown.held.at_depth *= 4;
+  EXPECT_GT(logOdds(crown, other, model), 1);
+  // Contradictions count by how many times as many there are: one car that has moved is no half turn of a car park.
+  ScoredPose none = poseOf(0.2), few = poseOf(0.2, 0.04), many = poseOf(0.2, 0.16);
+  EXPECT_GT(logOdds(none, few, model), logOdds(few, many, model));
+  EXPECT_GT(logOdds(few, many, model), 2);
+}
+
 TEST(SortByScore, ThePriorCountsTheDirectionsDoNot)
 {
   std::vector<ScoredPose> poses = {poseOf(0.5, 0, 0.3), poseOf(0.6, 0, 0), poseOf(0.5, 0, 0.1), poseOf(0.1, 0, 0.1)};
@@ -439,7 +472,7 @@ TEST(SortByScore, ThePriorCountsTheDirectionsDoNot)
   sortByScore(poses, kSeeing);
   EXPECT_EQ(poses[0].log_prior, 1000);
   EXPECT_NEAR(poses[1].score, 0.6, 1e-12);
-  EXPECT_GT(thirdDirection(poses[2].evidence), thirdDirection(poses[3].evidence)) << "equal ones in their order";
+  EXPECT_GT(poses[2].held.third, poses[3].held.third) << "equal ones in their order";
 }
 
 } // namespace

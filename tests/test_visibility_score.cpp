@@ -184,6 +184,7 @@ TEST(CollectEvidence, AgreesWithPlainSums)
     EXPECT_NEAR(evidence.matched, sums[1], 1e-9);
     EXPECT_NEAR(evidence.contradicted, sums[2], 1e-9);
     EXPECT_NEAR(evidence.unmatched, sums[3], 1e-9);
+    EXPECT_NEAR(evidence.unmatched_normals.trace(), sums[3], 1e-6);
     EXPECT_NEAR(evidence.patches.total, votes.sum(), 1e-9);
     EXPECT_NEAR(evidence.patches.matched, votes[1], 1e-9);
     EXPECT_NEAR(evidence.patches.contradicted, votes[2], 1e-9);
@@ -243,6 +244,7 @@ TEST(SurfaceEvidence, AddsUp)
   a.contradicted = 3;
   a.unmatched = 4;
   a.matched_normals.setConstant(5);
+  a.unmatched_normals.setConstant(6);
   a.patches = {7, 8, 9};
   a.facing = {10, 11, 12};
   b = a;
@@ -252,6 +254,7 @@ TEST(SurfaceEvidence, AddsUp)
   EXPECT_EQ(b.contradicted, 6);
   EXPECT_EQ(b.unmatched, 8);
   EXPECT_EQ(b.matched_normals(0, 2), 10);
+  EXPECT_EQ(b.unmatched_normals(0, 2), 12);
   EXPECT_EQ(b.patches.total, 14);
   EXPECT_EQ(b.patches.matched, 16);
   EXPECT_EQ(b.patches.contradicted, 18);

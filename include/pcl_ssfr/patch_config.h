@@ -175,9 +175,9 @@ struct EvidenceConfig {
  *
  * Log odds that the truth is among them: known + clear log(c) + third log(t) + matches log(n), where, of the best pose,
  * c is the share of the matches that contradictions leave, t the matched surface that faces the least represented
- * direction and n the weighted number of matches; c and n of the patches that face their sensor. Among them, by the
- * first of two models, pose k has the log weight significance S_k sqrt(N) + lead log(S_k), S_k its score and N the
- * weighted number of patches; the second is DirectionModelConfig.
+ * direction and n the weighted number of matches; c and n of the patches that face their sensor. Among
+ * them, by the first of two models, pose k has the log weight significance S_k sqrt(N) + lead log(S_k), S_k its score
+ * and N the weighted number of patches; the second is RatioModelConfig.
  */
 struct PosteriorConfig {
   double known{};        ///< constant; fitted, then set by the log loss of unlisted pairs as well
@@ -190,15 +190,24 @@ struct PosteriorConfig {
 
 /** \brief The second model of how the poses of a pair share their probability (METHOD, "Posterior").
  *
- * Which of the two weighs the evidence right is not known, so the posterior averages over them. By this one pose k has
- * the log weight significance S_k sqrt(N) + third log((t_k N + 1) / (t_k N + enough)), t_k N its matched patches that
- * face the least represented direction: without them much surface may meet, and the pose still slide.
+ * Which of the two weighs the evidence right is not known, so the posterior is the average of what each of them says.
+ * By this one only ratios of the evidence count. For "none of them" it is as above, but with - clear log(1 + c/(n +
+ * 1)), c and n the weighted numbers of contradictions and matches of its best pose; and pose k has the log weight
+ * matches m / sqrt(N) + second log(m2 + 1) + third log(m3 + 1) + depth log(u3 + 1) - contradictions log(c + 1):
+ * m the weighted number of patches that match, of N; m2 and m3 the matched surface that faces the second and the third
+ * of the directions that it faces; u3 the surface that faces the third, meets no patch, but lies at the depth that the
+ * other sensor saw; c the weighted number of patches that contradict. Surface is in JudgementConfig::chance_edge
+ * squared.
  */
-struct DirectionModelConfig {
-  double trust = 0.25;       ///< probability of this model: by itself it does not refuse what surely leads
-  double significance = 0.7; ///< by itself it fits best with 0.95; with less, up to 0.5, the average solves more
-  double third = 2.8;        ///< fitted
-  double enough = 12;        ///< [patches] more of them say no more; 6 to 25 fit nearly as well
+struct RatioModelConfig {
+  double trust = 0.2;           ///< probability of this model: by itself it does not refuse what leads by 7 to 1
+  double clear = 60;            ///< power of the share that is right of matches and contradictions, for "none of them"
+  double matches = 0.22;        ///< fitted, as the others
+  double second = 1.15;         ///< ground laid on ground matches wherever it is laid: the first direction says nothing
+  double third = 0.84;          ///< without it much surface may meet, and the pose still slides
+  double depth = 1.18;          ///< a crown of leaves has no planes to match, but stands where it was seen
+  double contradictions = 2.27; ///< a car that has moved is twenty patches of a near scan, and two of a far one
+  double blind_third = 3.8;     ///< in place of all but trust where a viewpoint is not known; fitted
 };
 
 /// How well a polished pose is known (METHOD, "Uncertainty").
@@ -243,7 +252,8 @@ struct JudgementConfig {
   PosteriorConfig posterior = {1.34, 5.73, 1.49, 1.58, 0.5, 9.0};
   /// The same where a viewpoint is not known: nothing can contradict.
   PosteriorConfig posterior_blind = {0.40, 0, 1.08, 0.99, 0.38, 1.93};
-  DirectionModelConfig directions; ///< of both
+  RatioModelConfig ratios;    ///< of both
+  double chance_edge = 1;     ///< [m] of a square of surface that may meet by chance; 1.7 times as much fits as well
   double rival = 0.02;        ///< odds against the best pose from which on another one is polished too; it is refined
                               ///< from the square of them on, as less is known of it
   double decided = 0.9;       ///< probability that the truth is among the poses from which on none is looked for

@@ -14,15 +14,35 @@ namespace {
 
 constexpr double kLeastShare = 0.001; // logarithms are taken of at least this share: less is no evidence
 
-/// Log odds that the truth is among the poses of which \p best is the most probable one.
+/// Probability that the truth is among the poses of which \p best is the most probable one, if \p log_clear speaks
+/// against contradictions.
 double
-logOddsOfAny(const ScoredPose& best, const PosteriorConfig& config)
+probabilityOfAny(const ScoredPose& best, double log_clear, const PosteriorConfig& config)
 {
+  const double third = best.evidence.total > 0 ? best.held.third / best.evidence.total : 0;
+  return 1 / (1 + std::exp(-(config.known + log_clear + config.third * std::log(third + kLeastShare) +
+                             config.matches * std::log(best.evidence.facing.matched + 1))));
+}
+
+/// The same by the model that asks how far a pose leads: by what contradictions, weighted as in the score, leave.
+double
+probabilityOfAny(const ScoredPose& best, const PosteriorConfig& config)
+{
+  if (!(best.score > 0))
+    return 0;
   const WeightedEvidence& facing = best.evidence.facing;
   const double clear = best.facing_score * facing.total / std::max(facing.matched, kLeastShare);
-  return config.known + config.clear * std::log(std::clamp(clear, kLeastShare, 1.0)) +
-         config.third * std::log(thirdDirection(best.evidence) + kLeastShare) +
-         config.matches * std::log(facing.matched + 1);
+  return probabilityOfAny(best, config.clear * std::log(std::clamp(clear, kLeastShare, 1.0)), config);
+}
+
+/// ... and by the one of ratios: by how many times as many patches match as contradict.
+double
+probabilityOfAny(const ScoredPose& best, const PosteriorConfig& config, const RatioModelConfig& ratios)
+{
+  if (!(best.evidence.matched > 0))
+    return 0;
+  const WeightedEvidence& facing = best.evidence.facing;
+  return probabilityOfAny(best, -ratios.clear * std::log1p(facing.contradicted / (facing.matched + 1)), config);
 }
 
 /** \brief Log weight of a pose by how far it leads.
@@ -38,82 +58,94 @@ logWeight(const ScoredPose& pose, const PosteriorConfig& config)
          config.lead * std::log(std::max(pose.score, kLeastShare)) + pose.log_prior;
 }
 
-/** \brief Log weight of a pose by how well it is held.
+/** \brief Log weight of a pose by how many times as much evidence it has.
  *
- * Ground laid on ground matches wherever it is laid, so matches in two directions say less than a few in the third. One
- * patch may be chance, and enough of them are enough.
+ * How much evidence there is of a place depends on what the sensors saw of it. So an amount counts by its logarithm,
+ * and the first of the directions not at all: ground laid on ground matches wherever it is laid. One patch may be
+ * chance.
  */
 double
-logWeight(const ScoredPose& pose, const DirectionModelConfig& config)
+logWeight(const ScoredPose& pose, const RatioModelConfig& config, double chance_surface)
 {
-  const double patches = thirdDirection(pose.evidence) * pose.evidence.patches.total;
-  return config.significance * pose.score * std::sqrt(pose.evidence.patches.total) +
-         config.third * std::log((patches + 1) / (patches + config.enough)) + pose.log_prior;
+  const auto times = [&](double surface) { return std::log1p(surface / chance_surface); };
+  const WeightedEvidence& patches = pose.evidence.patches;
+  return config.matches * patches.matched / std::sqrt(std::max(patches.total, 1.0)) +
+         config.second * times(pose.held.second) + config.third * times(pose.held.third) +
+         config.depth * times(pose.held.at_depth) - config.contradictions * std::log1p(patches.contradicted) +
+         pose.log_prior;
 }
 
-/// How the poses, at least one, share their probability by one model.
-template <typename Config>
-std::vector<double>
-sharesBy(const Config& config, const std::vector<ScoredPose>& poses)
+/// The posterior over poses, at least one, by a model that gives each a log weight, and the best the probability that
+/// it or another one is right.
+template <typename LogWeight, typename Any>
+Posterior
+posteriorBy(const std::vector<ScoredPose>& poses, const LogWeight& log_weight, const Any& any)
 {
-  std::vector<double> shares;
-  shares.reserve(poses.size());
+  Posterior posterior;
+  posterior.poses.reserve(poses.size());
   for (const ScoredPose& pose : poses)
-    shares.push_back(logWeight(pose, config));
-  const double largest = *std::max_element(shares.begin(), shares.end());
+    posterior.poses.push_back(log_weight(pose));
+  const auto best = std::max_element(posterior.poses.begin(), posterior.poses.end());
+  const double right = any(poses[static_cast<std::size_t>(best - posterior.poses.begin())]);
+  const double largest = *best;
   double sum = 0;
-  for (double& share : shares)
-    sum += share = std::exp(share - largest);
-  for (double& share : shares)
-    share /= sum;
-  return shares;
-}
-
-/// How they share it by both.
-std::vector<double>
-sharesOf(const std::vector<ScoredPose>& poses, const PosteriorModel& model)
-{
-  std::vector<double> shares = sharesBy(model.lead, poses);
-  const std::vector<double> others = sharesBy(model.directions, poses);
-  for (std::size_t k = 0; k < shares.size(); ++k)
-    shares[k] += model.directions.trust * (others[k] - shares[k]);
-  return shares;
+  for (double& weight : posterior.poses)
+    sum += weight = std::exp(weight - largest);
+  for (double& weight : posterior.poses)
+    weight *= right / sum;
+  posterior.none = 1 - right;
+  return posterior;
 }
 
 } // namespace
+
+PosteriorModel
+makePosteriorModel(const JudgementConfig& config, bool sees_free_space)
+{
+  const double chance_surface = config.chance_edge * config.chance_edge;
+  if (sees_free_space)
+    return {config.posterior, config.ratios, chance_surface};
+  RatioModelConfig blind = config.ratios;
+  blind.matches = blind.second = blind.depth = blind.contradictions = 0;
+  blind.third = config.ratios.blind_third;
+  return {config.posterior_blind, blind, chance_surface};
+}
 
 double
 logOdds(const ScoredPose& pose, const ScoredPose& other, const PosteriorModel& model)
 {
   return std::max(logWeight(pose, model.lead) - logWeight(other, model.lead),
-                  logWeight(pose, model.directions) - logWeight(other, model.directions));
+                  logWeight(pose, model.ratios, model.chance_surface) -
+                      logWeight(other, model.ratios, model.chance_surface));
 }
 
 Posterior
 computePosterior(const std::vector<ScoredPose>& poses, const PosteriorModel& model)
 {
-  Posterior posterior;
   if (poses.empty())
-    return posterior;
-  posterior.poses = sharesOf(poses, model);
-  const auto best = std::max_element(posterior.poses.begin(), posterior.poses.end());
-  const ScoredPose& leader = poses[static_cast<std::size_t>(best - posterior.poses.begin())];
-  const double any = leader.score > 0 ? 1 / (1 + std::exp(-logOddsOfAny(leader, model.lead))) : 0;
-  posterior.none = 1 - any;
-  for (double& probability : posterior.poses)
-    probability *= any;
+    return {};
+  Posterior posterior = posteriorBy(
+      poses,
+      [&](const ScoredPose& pose) { return logWeight(pose, model.lead); },
+      [&](const ScoredPose& best) { return probabilityOfAny(best, model.lead); });
+  const Posterior ratios = posteriorBy(
+      poses,
+      [&](const ScoredPose& pose) { return logWeight(pose, model.ratios, model.chance_surface); },
+      [&](const ScoredPose& best) { return probabilityOfAny(best, model.lead, model.ratios); });
+  for (std::size_t k = 0; k < poses.size(); ++k)
+    posterior.poses[k] += model.ratios.trust * (ratios.poses[k] - posterior.poses[k]);
+  posterior.none += model.ratios.trust * (ratios.none - posterior.none);
   return posterior;
 }
 
 void
 sortByProbability(std::vector<ScoredPose>& poses, const PosteriorModel& model)
 {
-  if (poses.empty())
-    return;
-  const std::vector<double> shares = sharesOf(poses, model);
+  const std::vector<double> probabilities = computePosterior(poses, model).poses;
   std::vector<std::size_t> order(poses.size());
   std::iota(order.begin(), order.end(), std::size_t(0));
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return shares[a] > shares[b]; });
+  std::stable_sort(
+      order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return probabilities[a] > probabilities[b]; });
   std::vector<ScoredPose> sorted;
   sorted.reserve(poses.size());
   for (const std::size_t k : order)

@@ -27,9 +27,14 @@ struct Posterior {
 
 /// What a posterior is computed with.
 struct PosteriorModel {
-  PosteriorConfig lead;            ///< of "none", and the model of shares that asks how far a pose leads
-  DirectionModelConfig directions; ///< the one that asks how well it is held
+  PosteriorConfig lead;      ///< of "none", and the model of shares that asks how far a pose leads
+  RatioModelConfig ratios;   ///< the one that asks how many times as much speaks for it
+  double chance_surface = 1; ///< that may meet by chance [m^2]
 };
+
+/// What it is for a pair of which both sensors' places are known or found, or not.
+PosteriorModel
+makePosteriorModel(const JudgementConfig& config, bool sees_free_space);
 
 /** \brief Log odds of a pose against another one of its pair: what evidence and priors say for it, by that of the two
  * models that favours it.
@@ -39,8 +44,8 @@ logOdds(const ScoredPose& pose, const ScoredPose& other, const PosteriorModel& m
 
 /** \brief The posterior of distinct poses.
  *
- * How sure it is that one of them is right follows from the evidence of the most probable one alone; it is shared among
- * them by the average of both models.
+ * The average of two models. How sure one is that one of them is right follows from the evidence of its most probable
+ * one alone.
  * \param[in] poses distinct, of one pair of scans, any order
  */
 Posterior

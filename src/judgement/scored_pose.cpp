@@ -21,21 +21,25 @@ scoreOf(const WeightedEvidence& evidence, double contradiction_weight)
 
 } // namespace
 
+HeldSurface
+heldSurface(const SurfaceEvidence& evidence)
+{
+  if (!(evidence.matched_normals.trace() > 0))
+    return {};
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(evidence.matched_normals);
+  const Eigen::Vector3d third = solver.eigenvectors().col(0);
+  return {std::max(0.0, solver.eigenvalues()[1]),
+          std::max(0.0, solver.eigenvalues()[0]),
+          std::max(0.0, third.dot(evidence.unmatched_normals * third))};
+}
+
 void
 rate(ScoredPose& pose, const SurfaceEvidence& evidence, double contradiction_weight)
 {
   pose.evidence = evidence;
+  pose.held = heldSurface(evidence);
   pose.score = scoreOf(evidence.patches, contradiction_weight);
   pose.facing_score = scoreOf(evidence.facing, contradiction_weight);
-}
-
-double
-thirdDirection(const SurfaceEvidence& evidence)
-{
-  if (!(evidence.total > 0))
-    return 0;
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(evidence.matched_normals, Eigen::EigenvaluesOnly);
-  return std::max(0.0, solver.eigenvalues()[0]) / evidence.total;
 }
 
 double
@@ -67,7 +71,10 @@ describe(const ScoredPose& pose)
   candidate.evidence.facing_matched = seen.facing.matched / std::max(seen.facing.total, 1e-12);
   candidate.evidence.facing_score = pose.facing_score;
   candidate.evidence.unmatched = seen.unmatched / seen.total;
-  candidate.evidence.third_direction = thirdDirection(seen);
+  candidate.evidence.third_direction = pose.held.third / seen.total;
+  candidate.evidence.held_second = pose.held.second;
+  candidate.evidence.held_third = pose.held.third;
+  candidate.evidence.held_at_depth = pose.held.at_depth;
   candidate.evidence.patches = seen.patches.total;
   candidate.evidence.facing_patches = seen.facing.total;
   return candidate;

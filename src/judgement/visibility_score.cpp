@@ -39,6 +39,7 @@ SurfaceEvidence::operator+=(const SurfaceEvidence& other)
   contradicted += other.contradicted;
   unmatched += other.unmatched;
   matched_normals += other.matched_normals;
+  unmatched_normals += other.unmatched_normals;
   patches += other.patches;
   facing += other.facing;
   return *this;
@@ -96,6 +97,7 @@ collectEvidence(const OrientedSamples& samples,
       }
       else if (range < options.hidden_ratio * image->farthest(cell) + options.hidden_margin) {
         evidence.unmatched += weight;
+        evidence.unmatched_normals.noalias() += weight * normal * normal.transpose();
         evidence.patches.unmatched += vote;
         evidence.facing.unmatched += facing_vote;
       }

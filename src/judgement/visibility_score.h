@@ -45,6 +45,7 @@ struct SurfaceEvidence {
   // The rest is hidden, behind, or out of view: no evidence.
   /// Sum of weight n n^T in the target frame over the matched surface.
   Eigen::Matrix3d matched_normals = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d unmatched_normals = Eigen::Matrix3d::Zero(); ///< the same over the unmatched surface
   WeightedEvidence patches;
   /// The same of the samples that face their own sensor (VisibilityOptions::min_facing); of these contradict only those
   /// that face the other sensor too: what is seen edge-on is easily missed.

@@ -76,7 +76,8 @@ PatchPair::evidenceAt(const Eigen::Isometry3d& T_target_source, const Visibility
   SurfaceEvidence both = collectEvidence(source_.patches.samples, target_.index, target_.freeSpace(), T, tolerances);
   SurfaceEvidence back =
       collectEvidence(target_.patches.samples, source_.index, source_.freeSpace(), T.inverse(), tolerances);
-  back.matched_normals = (T.linear() * back.matched_normals * T.linear().transpose()).eval();
+  for (Eigen::Matrix3d* normals : {&back.matched_normals, &back.unmatched_normals})
+    *normals = (T.linear() * *normals * T.linear().transpose()).eval();
   both += back;
   return both;
 }

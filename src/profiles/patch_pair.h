@@ -71,8 +71,7 @@ public:
   PosteriorModel
   posteriorModel() const
   {
-    const JudgementConfig& judgement = config_.judgement;
-    return {seesFreeSpace() ? judgement.posterior : judgement.posterior_blind, judgement.directions};
+    return makePosteriorModel(config_.judgement, seesFreeSpace());
   }
   const PatchScan&
   source() const
