@@ -27,7 +27,7 @@ struct Posterior {
 
 /// What a posterior is computed with.
 struct PosteriorModel {
-  PosteriorConfig lead;      ///< of "none", and the model of shares that asks how far a pose leads
+  PosteriorConfig lead;      ///< the model that asks how far a pose leads; "none of them" of both, but for contradictions
   RatioModelConfig ratios;   ///< the one that asks how many times as much speaks for it
   double chance_surface = 1; ///< that may meet by chance [m^2]
 };
