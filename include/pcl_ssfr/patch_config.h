@@ -104,7 +104,7 @@ struct SearchPass {
   int refined{};         ///< hypotheses refined, at most, >= 1
   double promising{};    ///< share of the best vote count that the first batch of them has, [0, 1]; 0: one batch
   int distinct{};        ///< distinct poses that go on to the fine refinement, >= 1
-  bool little_overlap{}; ///< by votes against poses instead of votes for them: scans that share little
+  bool little_overlap{}; ///< by the votes for a pose for each one against it: scans that share little
 };
 
 /// The search for poses of scans that have one direction only in common: seen along it (METHOD, "Search"). Twice and
@@ -175,9 +175,9 @@ struct EvidenceConfig {
  *
  * Log odds that the truth is among them: known + clear log(c) + third log(t) + matches log(n), where, of the best pose,
  * c is the share of the matches that contradictions leave, t the matched surface that faces the least represented
- * direction and n the weighted number of matches; c and n of the patches that face their sensor. Among
- * them, by the first of two models, pose k has the log weight significance S_k sqrt(N) + lead log(S_k), S_k its score
- * and N the weighted number of patches; the second is RatioModelConfig.
+ * direction and n the weighted number of matches, and one; c and n of the patches that face their sensor. Among them,
+ * by the first of two models, pose k has the log weight significance S_k sqrt(N) + lead log(S_k), S_k its score and N
+ * the weighted number of patches; the second is RatioModelConfig.
  */
 struct PosteriorConfig {
   double known{};        ///< constant; fitted, then set by the log loss of unlisted pairs as well
@@ -191,18 +191,18 @@ struct PosteriorConfig {
 /** \brief The second model of how the poses of a pair share their probability (METHOD, "Posterior").
  *
  * Which of the two weighs the evidence right is not known, so the posterior is the average of what each of them says.
- * By this one only ratios of the evidence count. For "none of them" it is as above, but with - clear log(1 + c/(n +
- * 1)), c and n the weighted numbers of contradictions and matches of its best pose; and pose k has the log weight
- * matches m / sqrt(N) + second log(m2 + 1) + third log(m3 + 1) + depth log(u3 + 1) - contradictions log(c + 1):
- * m the weighted number of patches that match, of N; m2 and m3 the matched surface that faces the second and the third
- * of the directions that it faces; u3 the surface that faces the third, meets no patch, but lies at the depth that the
- * other sensor saw; c the weighted number of patches that contradict. Surface is in JudgementConfig::chance_edge
- * squared.
+ * By this one only ratios of the evidence count. For "none of them" it is as above, but with - clear log(1 + x/n),
+ * x the weighted number of contradictions of the patches of its best pose that face their sensor; and pose k has the
+ * log weight matches m / sqrt(N) + second log(m2 + 1) + third log(m3 + 1) + depth log(u3 + 1) - contradictions
+ * log(c + 1): m the weighted number of patches that match, of N; m2 and m3 the matched surface that faces the second
+ * and the third of the directions that it faces; u3 the surface that faces the third, meets no patch, but lies at the
+ * depth that the other sensor saw; c the weighted number of patches that contradict. Surface is in
+ * JudgementConfig::chance_edge squared.
  */
 struct RatioModelConfig {
   double trust = 0.2;           ///< probability of this model: by itself it does not refuse what leads by 7 to 1
   double clear = 60;            ///< power of the share that is right of matches and contradictions, for "none of them"
-  double matches = 0.22;        ///< fitted, as the others
+  double matches = 0.22;        ///< fitted, as the four below
   double second = 1.15;         ///< ground laid on ground matches wherever it is laid: the first direction says nothing
   double third = 0.84;          ///< without it much surface may meet, and the pose still slides
   double depth = 1.18;          ///< a crown of leaves has no planes to match, but stands where it was seen

@@ -20,10 +20,9 @@ struct TracedHypothesis {
 
 /// One pass of the search.
 struct TracedPass {
-  bool little_overlap =
-      false; ///< the pass for scans that share little: by the votes for a pose for each one against it
+  bool little_overlap = false;              ///< the pass for scans that share little
   std::vector<Eigen::Matrix3d> rotations;   ///< R_target_source that were searched, best supported first
-  std::vector<TracedHypothesis> hypotheses; ///< most votes first
+  std::vector<TracedHypothesis> hypotheses; ///< best first, by their votes
 };
 
 /** \brief The hypotheses of a registration by Profile::Default: shows at which stage a true pose was lost.
@@ -32,7 +31,7 @@ struct TracedPass {
  */
 struct SearchTrace {
   std::vector<TracedPass> passes; ///< in the order in which they were made
-  /// Proposed last, by plan views (one main normal in common), most votes first; empty: not searched, or none found.
+  /// Proposed last, by plan views (one main normal in common), best first; empty: not searched, or none found.
   std::vector<TracedHypothesis> plan_hypotheses;
 };
 

@@ -199,7 +199,7 @@ HypothesisSource::searchOptions(const SearchPass& pass) const
   return options;
 }
 
-/// METHOD stages 9 to 12 for every rotation; the poses with most votes.
+/// METHOD stages 9 to 12 for every rotation; the best poses by their votes.
 std::vector<PoseHypothesis>
 HypothesisSource::searchTranslations(const SearchPass& pass)
 {

@@ -44,7 +44,7 @@ struct PlanSearchOptions {
  * axis). Seen along the axis, what faces across it is correlated under rotations all around it and every shift across
  * it. The best matches are moved to and fro within a cell and a step of the rotation to where most places of the source
  * vote for them and fewest against them, as in the search for scans that share little.
- * \return distinct poses, most votes first; those that have more weighted votes against them than for them are left out
+ * \return distinct poses, those with the most votes for each one against them first
  */
 std::vector<PoseHypothesis>
 searchPlans(const OrientedSamples& source,
