@@ -25,7 +25,7 @@ fit_posterior = importlib.util.module_from_spec(importlib.util.spec_from_loader(
 LOADER.exec_module(fit_posterior)
 
 SEEING = numpy.array([3.0, 3.0, 1.2, 1.0, 0.6, 2.0, 0.3, 1.5, 1.0, 0.8, 2.0])
-BLIND = numpy.array([2.0, 0.0, 1.0, 0.8, 0.3, 1.5, 0.2, 0.5, 2.0, 0.0, 0.0])
+BLIND = numpy.array([2.0, 0.0, 1.0, 0.8, 0.3, 1.5, 0.0, 0.0, 2.0, 0.0, 0.0])
 TRUST, RATIO_CLEAR = 0.2, 60
 
 
@@ -123,7 +123,7 @@ class FitPosterior(unittest.TestCase):
             bounds = [1.3, 0.6, 0.25, 0.2, 0.4, 0.65, 0.15, 0.4, 0.8, 0.4, 0.4]
             self.assertTrue((error < bounds).all(), f"{found} for {numbers}")
             if blind:
-                self.assertEqual(found[1], 0)
+                self.assertEqual([found[k] for k in (1, 6, 7, 9, 10)], [0] * 5)
 
     def test_posterior_is_that_of_the_model(self):
         for blind in (False, True):
@@ -139,6 +139,13 @@ class FitPosterior(unittest.TestCase):
             candidate["score"] = -0.1
         pair, = self.read([("a", "", candidates)])
         self.assertGreaterEqual(pair.posterior(SEEING)[1], 1 - TRUST)
+
+    def test_what_matches_nothing_is_no_pose(self):
+        candidates = draw_pair(self.random, SEEING, False)
+        for candidate in candidates:
+            candidate.update({"score": -0.1, "patches_matched": 0})
+        pair, = self.read([("a", "", candidates)])
+        self.assertEqual(pair.posterior(SEEING)[1], 1)
 
     def test_a_place_is_judged_by_the_fit_to_the_others(self):
         drawn = self.drawn(400, datasets=("a", "b"))
@@ -183,7 +190,8 @@ class FitPosterior(unittest.TestCase):
         self.assertEqual(code, 0)
         self.assertIn("With free space: 180 pairs", output)
         self.assertIn("Blind: 0 pairs, too few to fit", output)
-        self.assertRegex(output, r"\{-?\d+\.\d\d(, -?\d+\.\d\d){10}\}")
+        self.assertRegex(output, r"\{-?\d+\.\d\d(, -?\d+\.\d\d){5}\}")
+        self.assertRegex(output, r"ratios\.matches = \d+\.\d\d, .*ratios\.contradictions = \d+\.\d\d\n")
         rows = [line for line in output.splitlines() if line.startswith("| ")]
         self.assertEqual([r.split(" | ")[0] for r in rows[1:]], ["| a", "| b", "| c", "| **all**"])
         self.assertEqual({r.count("|") for r in rows}, {13})

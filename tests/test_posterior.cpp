@@ -472,6 +472,20 @@ TEST(Posterior, WhatStandsWhereItWasSeenCounts)
   EXPECT_GT(logOddsByRatios(few, many), 2);
 }
 
+TEST(Posterior, WithoutFreeSpaceNothingContradictsInTheSecondModel)
+{
+  // One of two viewpoints is known: some contradictions are counted, and held against no pose.
+  const PosteriorModel blind = alone(kBlind, true), seeing = alone(kSeeing, true);
+  ScoredPose contradicted = goodPose();
+  contradicted.evidence.facing.contradicted = contradicted.evidence.facing.matched / 10;
+  contradicted.evidence.patches.contradicted = contradicted.evidence.patches.matched / 10;
+  const auto of = [](const ScoredPose& pose, const PosteriorModel& model) {
+    return computePosterior({pose, badPose()}, model).best();
+  };
+  EXPECT_EQ(of(contradicted, blind), of(goodPose(), blind));
+  EXPECT_LT(of(contradicted, seeing), 0.5 * of(goodPose(), seeing));
+}
+
 TEST(SortByScore, ThePriorCountsTheDirectionsDoNot)
 {
   std::vector<ScoredPose> poses = {poseOf(0.5, 0, 0.3), poseOf(0.6, 0, 0), poseOf(0.5, 0, 0.1), poseOf(0.1, 0, 0.1)};

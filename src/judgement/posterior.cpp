@@ -105,8 +105,9 @@ makePosteriorModel(const JudgementConfig& config, bool sees_free_space)
   const double chance_surface = config.chance_edge * config.chance_edge;
   if (sees_free_space)
     return {config.posterior, config.ratios, chance_surface};
+  // What one scan alone could contradict would be half of what is missing.
   RatioModelConfig blind = config.ratios;
-  blind.matches = blind.second = blind.depth = blind.contradictions = 0;
+  blind.clear = blind.matches = blind.second = blind.depth = blind.contradictions = 0;
   blind.third = config.ratios.blind_third;
   return {config.posterior_blind, blind, chance_surface};
 }
