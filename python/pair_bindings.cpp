@@ -193,9 +193,9 @@ bindCandidates(py::module_& module)
                     &CandidateEvidence::held_second,
                     "Matched surface that faces the second of the directions that it faces [m^2].")
       .def_readonly("held_third", &CandidateEvidence::held_third, "The same of the least faced direction [m^2].")
-      .def_readonly("held_at_depth",
-                    &CandidateEvidence::held_at_depth,
-                    "Unmatched surface that faces that direction, at the depth that the other sensor saw [m^2].")
+      .def_readonly("clutter",
+                    &CandidateEvidence::clutter,
+                    "Points that fit no plane and lie at the depth that the other sensor saw there.")
       .def_readonly("patches", &CandidateEvidence::patches, "Patches of both scans, by the fourth root of their area.")
       .def_readonly(
           "facing_patches", &CandidateEvidence::facing_patches, "Of these, those that face their own sensor.");

@@ -160,6 +160,7 @@ fingerprint(const Input& input, const Options& options)
                                  static_cast<double>(scan.coarse.size()),
                                  static_cast<double>(scan.votes.points.cols()),
                                  static_cast<double>(scan.surface.points.cols()),
+                                 static_cast<double>(scan.clutter.cols()),
                                  static_cast<double>(scan.range_image.size()),
                                  scan.index.voxel()};
   for (const MainNormal& m : scan.main_normals)

@@ -129,8 +129,7 @@ TEST_F(PatchPairOfARoom, RolesDoNotMatter)
     // Evidence by direction is in the frame of the target.
     const Eigen::Matrix3d R = pose.T_target_source.linear();
     EXPECT_TRUE((R * inverse.evidence.matched_normals * R.transpose()).isApprox(pose.evidence.matched_normals, 1e-5));
-    EXPECT_TRUE(
-        (R * inverse.evidence.unmatched_normals * R.transpose()).isApprox(pose.evidence.unmatched_normals, 1e-5));
+    EXPECT_NEAR(pose.evidence.clutter, inverse.evidence.clutter, 2); // a point at the edge of a cell
   }
 }
 

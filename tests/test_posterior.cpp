@@ -21,6 +21,7 @@ namespace {
 constexpr double kContradictionWeight = 14;
 constexpr double kPatches = 500; // weighted number of them, half of which face their sensor
 constexpr double kSurface = 200; // [m^2]
+constexpr double kClutter = 400; // points
 const PosteriorModel kSeeing = makePosteriorModel(JudgementConfig(), true);
 const PosteriorModel kBlind = makePosteriorModel(JudgementConfig(), false);
 
@@ -28,7 +29,7 @@ const PosteriorModel kBlind = makePosteriorModel(JudgementConfig(), false);
 PosteriorModel
 alone(PosteriorModel model, bool of_ratios)
 {
-  model.ratios.trust = of_ratios ? 1 : 0;
+  model.trust = of_ratios ? 1 : 0;
   return model;
 }
 
@@ -54,7 +55,7 @@ poseOf(double matched, double contradicted = 0, double third = 0.05, double patc
   e.facing = {patches / 2, matched * patches / 2, contradicted * patches / 2};
   const double least = std::min(third, matched / 3), others = (matched - least) / 2;
   e.matched_normals = Eigen::Vector3d(others * kSurface, others * kSurface, least * kSurface).asDiagonal();
-  e.unmatched_normals = e.unmatched / 3 * Eigen::Matrix3d::Identity();
+  e.clutter = matched * kClutter;
   ScoredPose pose;
   rate(pose, e, kContradictionWeight);
   return pose;
@@ -81,8 +82,8 @@ rivalOf(ScoredPose pose, double share)
   pose.score *= share;
   pose.facing_score *= share;
   pose.evidence.patches.matched *= share;
-  for (double* surface : {&pose.held.second, &pose.held.third, &pose.held.at_depth})
-    *surface *= share;
+  for (double* part : {&pose.held.second, &pose.held.third, &pose.evidence.clutter})
+    *part *= share;
   return pose;
 }
 
@@ -125,13 +126,13 @@ TEST(Posterior, NoPoses)
 
 TEST(Posterior, ByHand)
 {
-  const PosteriorModel config = {{0.5, 2, 1, 1, 0.25, 3}, {0.25, 4, 0.5, 2, 1, 1.5, 3, 0}, 2};
+  const PosteriorModel config = {{0.5, 2, 1, 1, 0.25, 3}, {-1, 0.5, 4, 2, 1, 1.5, 3, 0}, 2, 0.25};
   ScoredPose first, second;
   SurfaceEvidence e;
   e.total = 20;
   e.matched = 12;
   e.matched_normals = Eigen::Vector3d(4, 6, 2).asDiagonal(); // a tenth in the third direction
-  e.unmatched_normals = Eigen::Vector3d(7, 7, 6).asDiagonal();
+  e.clutter = 3;
   e.patches = {16, 12, 0};
   e.facing = {10, 8, 0.1};
   rate(first, e, kContradictionWeight);
@@ -140,19 +141,21 @@ TEST(Posterior, ByHand)
   ASSERT_NEAR(first.score, 0.75, 1e-12);
   ASSERT_NEAR(second.score, 0.5, 1e-12);
   // By the first model each of the root of 16 patches counts a quarter: they lead by 0.25, and by three times the log
-  // of 1.5. By the second model each match counts a half over that root; in units of 2 m^2, 2 and 1 of the surface of
-  // the first one face the second and the third direction, 3 lie at the depth that was seen; 3, 4 and 2 of the other
-  // one's, and a patch of it contradicts.
+  // of 1.5. By the second model, in units of 2 m^2, 2 and 1 of the surface of the first one face the second and the
+  // third direction, and 3 points lie at the depth that was seen; 3, 4 and 1 of the other one's, and a patch of it
+  // contradicts.
   second.log_prior = std::log(2);
-  second.held = {6, 8, 4};
+  second.held = {6, 8};
+  second.evidence.clutter = 1;
   second.evidence.patches.contradicted = 1;
   const double by_lead = std::exp(0.25) * std::pow(1.5, 3) / 2;
-  const double by_ratios = std::exp(0.5) * std::pow(3.0 / 4, 2) * (2.0 / 5) * std::pow(4.0 / 3, 1.5) * 8 / 2;
+  const double by_ratios = std::pow(3.0 / 4, 2) * (2.0 / 5) * std::pow(4.0 / 2, 1.5) * 8 / 2;
   EXPECT_NEAR(logOdds(first, second, config), std::log(by_ratios), 1e-12);
   EXPECT_NEAR(logOdds(second, first, config), -std::log(by_lead), 1e-12);
   // Of the 8 matches 1.4 are taken back.
   const auto anyOf = [](double clear) { return 1 / (1 + std::exp(-(0.5 + clear + std::log(0.101) + std::log(9)))); };
-  const double lead = 0.75 * anyOf(2 * std::log(6.6 / 8)), ratios = 0.25 * anyOf(-4 * std::log(1 + 0.1 / 9));
+  const double lead = 0.75 * anyOf(2 * std::log(6.6 / 8)),
+               ratios = 0.25 * anyOf(-1 + 0.5 * std::log(4) - 4 * std::log(1.1));
   const Posterior posterior = computePosterior({first, second}, config);
   EXPECT_NEAR(posterior.none, 1 - lead - ratios, 1e-12);
   ASSERT_EQ(posterior.poses.size(), 2U);
@@ -295,7 +298,7 @@ TEST(Posterior, NothingForTheBestPoseIsNoneOfThem)
     EXPECT_EQ(computePosterior({ScoredPose()}, config).best(), 0);
     // More contradictions than the matches are worth.
     const Posterior posterior = computePosterior({poseOf(0.28, 0.03), poseOf(0.1, 0.05)}, config);
-    const double refused = 1 - config.ratios.trust - 1e-12; // by the model of the lead, whatever the other one says
+    const double refused = 1 - config.trust - 1e-12; // by the model of the lead, whatever the other one says
     EXPECT_GE(posterior.none, refused);
     EXPECT_GE(computePosterior({rivalOf(goodPose(), 0)}, config).none, refused);
     ScoredPose nothing = goodPose();
@@ -451,7 +454,7 @@ TEST(Posterior, OnlyRatiosOfTheEvidenceCountInTheSecondModel)
   const auto odds = [](double surface, double patches) {
     ScoredPose first = poseOf(0.5, 0.02, 0.1), second = poseOf(0.4, 0.01, 0.05);
     for (ScoredPose* pose : {&first, &second}) {
-      for (double* of : {&pose->held.second, &pose->held.third, &pose->held.at_depth})
+      for (double* of : {&pose->held.second, &pose->held.third, &pose->evidence.clutter})
         *of *= surface;
       pose->evidence.patches.contradicted *= patches;
     }
@@ -464,7 +467,7 @@ TEST(Posterior, OnlyRatiosOfTheEvidenceCountInTheSecondModel)
 TEST(Posterior, WhatStandsWhereItWasSeenCounts)
 {
   ScoredPose crown = poseOf(0.2, 0.002), other = crown;
-  crown.held.at_depth *= 4;
+  crown.evidence.clutter *= 2;
   EXPECT_GT(logOddsByRatios(crown, other), 1);
   // Contradictions count by how many times as many there are: one car that has moved is no half turn of a car park.
   ScoredPose none = poseOf(0.2), few = poseOf(0.2, 0.04), many = poseOf(0.2, 0.16);
@@ -483,7 +486,7 @@ TEST(Posterior, WithoutFreeSpaceNothingContradictsInTheSecondModel)
     return computePosterior({pose, badPose()}, model).best();
   };
   EXPECT_EQ(of(contradicted, blind), of(goodPose(), blind));
-  EXPECT_LT(of(contradicted, seeing), 0.5 * of(goodPose(), seeing));
+  EXPECT_GT(1 - of(contradicted, seeing), 10 * (1 - of(goodPose(), seeing)));
 }
 
 TEST(SortByScore, ThePriorCountsTheDirectionsDoNot)

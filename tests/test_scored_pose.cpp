@@ -87,17 +87,13 @@ TEST(PoseDistance, IsTheSameBothWaysAndInAnyTargetFrame)
 TEST(HeldSurface, ByHand)
 {
   SurfaceEvidence e;
-  e.unmatched_normals = Eigen::Matrix3d::Identity();
   HeldSurface held = heldSurface(e); // nothing matches: no direction is the third
   EXPECT_EQ(held.second, 0);
   EXPECT_EQ(held.third, 0);
-  EXPECT_EQ(held.at_depth, 0);
   e.matched_normals = Eigen::Vector3d(3, 1, 2).asDiagonal();
-  e.unmatched_normals = Eigen::Vector3d(4, 5, 6).asDiagonal();
   held = heldSurface(e);
   EXPECT_NEAR(held.second, 2, 1e-12);
   EXPECT_NEAR(held.third, 1, 1e-12);
-  EXPECT_NEAR(held.at_depth, 5, 1e-12);
   e.matched_normals(1, 1) = 0; // a corridor
   EXPECT_NEAR(heldSurface(e).third, 0, 1e-12);
   e.matched_normals = 4 * Eigen::Matrix3d::Identity(); // all of it, evenly
@@ -115,31 +111,22 @@ TEST(HeldSurface, ThirdIsTheMinimumOverAllDirectionsAndRotatesWithTheScene)
       e.total += weight;
       if (random.uniform(0, 1) < 0.3 + 0.6 * std::abs(n.x())) // more of what faces x
         e.matched_normals += weight * n * n.transpose();
-      else
-        e.unmatched_normals += weight * n * n.transpose();
     }
     const HeldSurface held = heldSurface(e);
-    double smallest = e.total, at_depth = 0;
+    double smallest = e.total;
     for (int i = 0; i < 20000; ++i) {
       const Eigen::Vector3d v = testing::randomRotation(random).col(0);
-      const double along = v.dot(e.matched_normals * v);
-      if (along < smallest) {
-        smallest = along;
-        at_depth = v.dot(e.unmatched_normals * v);
-      }
+      smallest = std::min(smallest, v.dot(e.matched_normals * v));
     }
     EXPECT_LE(held.third, smallest + 1e-12);
     EXPECT_NEAR(held.third, smallest, 2e-3 * e.total);
-    EXPECT_NEAR(held.at_depth, at_depth, 0.05 * e.total);
     EXPECT_LE(held.third, e.total / 3);
     EXPECT_NEAR(held.second + held.third, e.matched_normals.trace() - e.matched_normals.operatorNorm(), 1e-9);
     const Eigen::Matrix3d R = testing::randomRotation(random);
-    for (Eigen::Matrix3d* normals : {&e.matched_normals, &e.unmatched_normals})
-      *normals = (R * *normals * R.transpose()).eval();
+    e.matched_normals = (R * e.matched_normals * R.transpose()).eval();
     const HeldSurface rotated = heldSurface(e);
     EXPECT_NEAR(rotated.second, held.second, 1e-9);
     EXPECT_NEAR(rotated.third, held.third, 1e-9);
-    EXPECT_NEAR(rotated.at_depth, held.at_depth, 1e-9);
   }
 }
 
@@ -165,7 +152,7 @@ TEST(Describe, GivesSharesOfTheSurface)
   EXPECT_NEAR(c.evidence.third_direction, 1.0 / 12, 1e-12);
   EXPECT_NEAR(c.evidence.held_second, 2, 1e-12);
   EXPECT_NEAR(c.evidence.held_third, 1, 1e-12);
-  EXPECT_EQ(c.evidence.held_at_depth, pose.held.at_depth);
+  EXPECT_EQ(c.evidence.clutter, pose.evidence.clutter);
   EXPECT_EQ(c.evidence.patches, 10);
   EXPECT_EQ(c.evidence.facing_patches, 5);
   EXPECT_EQ(c.probability, 0); // for the caller to fill in

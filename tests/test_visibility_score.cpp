@@ -184,7 +184,6 @@ TEST(CollectEvidence, AgreesWithPlainSums)
     EXPECT_NEAR(evidence.matched, sums[1], 1e-9);
     EXPECT_NEAR(evidence.contradicted, sums[2], 1e-9);
     EXPECT_NEAR(evidence.unmatched, sums[3], 1e-9);
-    EXPECT_NEAR(evidence.unmatched_normals.trace(), sums[3], 1e-6);
     EXPECT_NEAR(evidence.patches.total, votes.sum(), 1e-9);
     EXPECT_NEAR(evidence.patches.matched, votes[1], 1e-9);
     EXPECT_NEAR(evidence.patches.contradicted, votes[2], 1e-9);
@@ -236,6 +235,65 @@ TEST(CollectEvidence, EmptyAndNumbersThatAreNone)
   }
 }
 
+TEST(CountAtDepth, ByHand)
+{
+  const SeenWall wall; // 4 m away, along x
+  Eigen::Matrix3Xf points(3, 6);
+  points << 4.05f, 3.95f, 3.5f, 4.5f, -4, 0, // on it to both sides, in front, behind, out of view, in the sensor
+      0.2f, -0.2f, 0, 0, 0, 0,               //
+      0, 0.1f, 0, 0, 0, 0;
+  testing::Random random(5);
+  const Eigen::Isometry3d T = testing::randomMotion(random, 3);
+  points = T.inverse().cast<float>() * points;
+  EXPECT_EQ(countAtDepth(points, wall.image, T, 0.1f), 2U);
+  EXPECT_EQ(countAtDepth(points, wall.image, T, 0.6f), 4U);
+  EXPECT_EQ(countAtDepth(points, RangeImage(), T, 0.6f), 0U);
+  EXPECT_EQ(countAtDepth(Eigen::Matrix3Xf(3, 0), wall.image, T, 0.6f), 0U);
+}
+
+TEST(CountAtDepth, AgreesWithPlainChecksAndSurvivesNumbersThatAreNone)
+{
+  testing::Random random(6);
+  const auto cloud = [&](int n) {
+    Eigen::Matrix3Xf points(3, n);
+    for (Eigen::Index i = 0; i < n; ++i)
+      points.col(i) =
+          Eigen::Vector3d(random.uniform(-9, 9), random.uniform(-9, 9), random.uniform(-2, 2)).cast<float>();
+    return points;
+  };
+  const Eigen::Matrix3Xf seen = cloud(4000), points = cloud(500);
+  const Eigen::Vector3f viewpoint(0.3f, -0.2f, 0.1f);
+  const RangeImage image(seen, viewpoint, kCell);
+  std::size_t all = 0;
+  for (int trial = 0; trial < 5; ++trial) {
+    Eigen::Isometry3d T = testing::randomMotion(random, 2);
+    const float tolerance = 0.2f;
+    const auto expected = [&](float bound) { // of the returns of the cell, one in front of it and one behind
+      std::size_t count = 0;
+      for (Eigen::Index i = 0; i < points.cols(); ++i) {
+        const Eigen::Vector3f ray = (T * points.col(i).cast<double>()).cast<float>() - viewpoint;
+        bool nearer = false, farther = false;
+        for (Eigen::Index k = 0; k < seen.cols(); ++k)
+          if (image.cell(seen.col(k) - viewpoint) == image.cell(ray)) {
+            nearer |= (seen.col(k) - viewpoint).norm() <= ray.norm() + bound;
+            farther |= (seen.col(k) - viewpoint).norm() >= ray.norm() - bound;
+          }
+        count += nearer && farther;
+      }
+      return count;
+    };
+    const std::size_t count = countAtDepth(points, image, T, tolerance);
+    EXPECT_GE(count, expected(tolerance - 1e-4f));
+    EXPECT_LE(count, expected(tolerance + 1e-4f));
+    all += count;
+    for (const double x : {static_cast<double>(kNan), 1e300, 1e30}) {
+      T.translation().setConstant(x);
+      EXPECT_EQ(countAtDepth(points, image, T, tolerance), 0U) << x;
+    }
+  }
+  EXPECT_GT(all, 20U);
+}
+
 TEST(SurfaceEvidence, AddsUp)
 {
   SurfaceEvidence a, b;
@@ -244,7 +302,7 @@ TEST(SurfaceEvidence, AddsUp)
   a.contradicted = 3;
   a.unmatched = 4;
   a.matched_normals.setConstant(5);
-  a.unmatched_normals.setConstant(6);
+  a.clutter = 6;
   a.patches = {7, 8, 9};
   a.facing = {10, 11, 12};
   b = a;
@@ -254,7 +312,7 @@ TEST(SurfaceEvidence, AddsUp)
   EXPECT_EQ(b.contradicted, 6);
   EXPECT_EQ(b.unmatched, 8);
   EXPECT_EQ(b.matched_normals(0, 2), 10);
-  EXPECT_EQ(b.unmatched_normals(0, 2), 12);
+  EXPECT_EQ(b.clutter, 12);
   EXPECT_EQ(b.patches.total, 14);
   EXPECT_EQ(b.patches.matched, 16);
   EXPECT_EQ(b.patches.contradicted, 18);

@@ -42,7 +42,7 @@ candidateFields(const Result& result, const Candidate& candidate)
           {"third_direction", evidence.third_direction},
           {"held_second", evidence.held_second},
           {"held_third", evidence.held_third},
-          {"held_at_depth", evidence.held_at_depth},
+          {"clutter", evidence.clutter},
           {"patches", evidence.patches},
           {"facing_patches", evidence.facing_patches},
           {"probability", candidate.probability},

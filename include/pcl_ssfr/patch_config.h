@@ -90,9 +90,10 @@ struct PreparationConfig {
   double index_voxel = 0.5;       ///< edge of a voxel of the index of patches [m]
   double range_cell = 0.01745;    ///< width of a direction of the range image [rad], (0, pi/2]
   int coarse_patches = 600;       ///< that stand for all in the coarse refinement
-  int polish_points = 2;          ///< of each ...
-  int polish_group = 25;          ///< ... thinned points of a patch for the polish; larger groups ...
-  int max_polish_points = 20000;  ///< ... where they would be more in all than this
+  int clutter_points = 1000; ///< that fit no plane, of a scan, that are laid into the other one: one of a finest cell
+  int polish_points = 2;     ///< of each ...
+  int polish_group = 25;     ///< ... thinned points of a patch for the polish; larger groups ...
+  int max_polish_points = 20000; ///< ... where they would be more in all than this
 
   ViewpointSearchConfig viewpoint; ///< where the place of the sensor is not known
 };
@@ -191,23 +192,22 @@ struct PosteriorConfig {
 /** \brief The second model of how the poses of a pair share their probability (METHOD, "Posterior").
  *
  * Which of the two weighs the evidence right is not known, so the posterior is the average of what each of them says.
- * By this one only ratios of the evidence count. For "none of them" it is as above, but with - clear log(1 + x/n),
- * x the weighted number of contradictions of the patches of its best pose that face their sensor; and pose k has the
- * log weight matches m / sqrt(N) + second log(m2 + 1) + third log(m3 + 1) + depth log(u3 + 1) - contradictions
- * log(c + 1): m the weighted number of patches that match, of N; m2 and m3 the matched surface that faces the second
- * and the third of the directions that it faces; u3 the surface that faces the third, meets no patch, but lies at the
- * depth that the other sensor saw; c the weighted number of patches that contradict. Surface is in
- * JudgementConfig::chance_edge squared.
+ * By this one only ratios of the evidence count. For "none of them" it is as above, but with known + any_clutter
+ * log(u + 1) - any_contradictions log(x + 1) in place of clear log(c); and pose k has the log weight second log(m2 + 1)
+ * + third log(m3 + 1) + clutter log(u + 1) - contradictions log(c + 1): m2 and m3 the matched surface that faces the
+ * second and the third of the directions that it faces, in JudgementConfig::chance_edge squared; u the number of points
+ * that fit no plane and lie at the depth that the other sensor saw; c the weighted number of patches that contradict, x
+ * of those that face their sensor. All fitted.
  */
 struct RatioModelConfig {
-  double trust = 0.2;           ///< probability of this model: by itself it does not refuse what leads by 7 to 1
-  double clear = 60;            ///< power of the share that is right of matches and contradictions, for "none of them"
-  double matches = 0.22;        ///< fitted, as the four below
-  double second = 1.15;         ///< ground laid on ground matches wherever it is laid: the first direction says nothing
-  double third = 0.84;          ///< without it much surface may meet, and the pose still slides
-  double depth = 1.18;          ///< a crown of leaves has no planes to match, but stands where it was seen
-  double contradictions = 2.27; ///< a car that has moved is twenty patches of a near scan, and two of a far one
-  double blind_third = 3.8;     ///< in place of all but trust where a viewpoint is not known; fitted
+  double known = -5.6;             ///< for "none of them", beside that of the first model
+  double any_clutter = 1.2;        ///< for "none of them"
+  double any_contradictions = 1.3; ///< for "none of them"
+  double second = 1.25;            ///< ground laid on ground matches wherever it is laid: the first says nothing
+  double third = 1.6;              ///< without it much surface may meet, and the pose still slides
+  double clutter = 3.4;            ///< a crown of leaves has no planes to match, but stands where it was seen
+  double contradictions = 3.4;     ///< a car that has moved is twenty patches of a near scan, and two of a far one
+  double blind_third = 3.8;        ///< in place of all of them where a viewpoint is not known
 };
 
 /// How well a polished pose is known (METHOD, "Uncertainty").

@@ -35,14 +35,15 @@ probabilityOfAny(const ScoredPose& best, const PosteriorConfig& config)
   return probabilityOfAny(best, config.clear * std::log(std::clamp(clear, kLeastShare, 1.0)), config);
 }
 
-/// ... and by the one of ratios: by how many times as many patches match as contradict.
+/// ... and by the one of ratios: by how many times as many patches contradict, and points stand where they were seen.
 double
 probabilityOfAny(const ScoredPose& best, const PosteriorConfig& config, const RatioModelConfig& ratios)
 {
   if (!(best.evidence.matched > 0))
     return 0;
-  const WeightedEvidence& facing = best.evidence.facing;
-  return probabilityOfAny(best, -ratios.clear * std::log1p(facing.contradicted / (facing.matched + 1)), config);
+  const double log_clear = ratios.known + ratios.any_clutter * std::log1p(best.evidence.clutter) -
+                           ratios.any_contradictions * std::log1p(best.evidence.facing.contradicted);
+  return probabilityOfAny(best, log_clear, config);
 }
 
 /** \brief Log weight of a pose by how far it leads.
@@ -68,11 +69,9 @@ double
 logWeight(const ScoredPose& pose, const RatioModelConfig& config, double chance_surface)
 {
   const auto times = [&](double surface) { return std::log1p(surface / chance_surface); };
-  const WeightedEvidence& patches = pose.evidence.patches;
-  return config.matches * patches.matched / std::sqrt(std::max(patches.total, 1.0)) +
-         config.second * times(pose.held.second) + config.third * times(pose.held.third) +
-         config.depth * times(pose.held.at_depth) - config.contradictions * std::log1p(patches.contradicted) +
-         pose.log_prior;
+  return config.second * times(pose.held.second) + config.third * times(pose.held.third) +
+         config.clutter * std::log1p(pose.evidence.clutter) -
+         config.contradictions * std::log1p(pose.evidence.patches.contradicted) + pose.log_prior;
 }
 
 /// The posterior over poses, at least one, by a model that gives each a log weight, and the best the probability that
@@ -85,10 +84,11 @@ posteriorBy(const std::vector<ScoredPose>& poses, const LogWeight& log_weight, c
   posterior.poses.reserve(poses.size());
   for (const ScoredPose& pose : poses)
     posterior.poses.push_back(log_weight(pose));
-  const auto best = std::max_element(posterior.poses.begin(), posterior.poses.end());
-  const double right = any(poses[static_cast<std::size_t>(best - posterior.poses.begin())]);
-  const double largest = *best;
-  double sum = 0;
+  const double largest = *std::max_element(posterior.poses.begin(), posterior.poses.end());
+  double right = 0, sum = 0;
+  for (std::size_t k = 0; k < poses.size(); ++k)
+    if (posterior.poses[k] == largest)
+      right = std::max(right, any(poses[k]));
   for (double& weight : posterior.poses)
     sum += weight = std::exp(weight - largest);
   for (double& weight : posterior.poses)
@@ -107,7 +107,8 @@ makePosteriorModel(const JudgementConfig& config, bool sees_free_space)
     return {config.posterior, config.ratios, chance_surface};
   // What one scan alone could contradict would be half of what is missing.
   RatioModelConfig blind = config.ratios;
-  blind.clear = blind.matches = blind.second = blind.depth = blind.contradictions = 0;
+  blind.known = blind.any_clutter = blind.any_contradictions = 0;
+  blind.second = blind.clutter = blind.contradictions = 0;
   blind.third = config.ratios.blind_third;
   return {config.posterior_blind, blind, chance_surface};
 }
@@ -134,8 +135,8 @@ computePosterior(const std::vector<ScoredPose>& poses, const PosteriorModel& mod
       [&](const ScoredPose& pose) { return logWeight(pose, model.ratios, model.chance_surface); },
       [&](const ScoredPose& best) { return probabilityOfAny(best, model.lead, model.ratios); });
   for (std::size_t k = 0; k < poses.size(); ++k)
-    posterior.poses[k] += model.ratios.trust * (ratios.poses[k] - posterior.poses[k]);
-  posterior.none += model.ratios.trust * (ratios.none - posterior.none);
+    posterior.poses[k] += model.trust * (ratios.poses[k] - posterior.poses[k]);
+  posterior.none += model.trust * (ratios.none - posterior.none);
   return posterior;
 }
 

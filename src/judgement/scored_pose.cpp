@@ -26,11 +26,8 @@ heldSurface(const SurfaceEvidence& evidence)
 {
   if (!(evidence.matched_normals.trace() > 0))
     return {};
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(evidence.matched_normals);
-  const Eigen::Vector3d third = solver.eigenvectors().col(0);
-  return {std::max(0.0, solver.eigenvalues()[1]),
-          std::max(0.0, solver.eigenvalues()[0]),
-          std::max(0.0, third.dot(evidence.unmatched_normals * third))};
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(evidence.matched_normals, Eigen::EigenvaluesOnly);
+  return {std::max(0.0, solver.eigenvalues()[1]), std::max(0.0, solver.eigenvalues()[0])};
 }
 
 void
@@ -74,7 +71,7 @@ describe(const ScoredPose& pose)
   candidate.evidence.third_direction = pose.held.third / seen.total;
   candidate.evidence.held_second = pose.held.second;
   candidate.evidence.held_third = pose.held.third;
-  candidate.evidence.held_at_depth = pose.held.at_depth;
+  candidate.evidence.clutter = pose.evidence.clutter;
   candidate.evidence.patches = seen.patches.total;
   candidate.evidence.facing_patches = seen.facing.total;
   return candidate;

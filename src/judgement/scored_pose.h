@@ -19,9 +19,8 @@ namespace pcl_ssfr {
 /// Surface that holds a pose, by the directions that the matched surface faces: what faces one direction only may
 /// slide. All in square metres.
 struct HeldSurface {
-  double second = 0;   ///< matched, that faces the direction which the second largest share of it faces
-  double third = 0;    ///< ... and which the least of it faces
-  double at_depth = 0; ///< that faces the last one, lies at the depth that was seen, and meets no compatible patch
+  double second = 0; ///< matched, that faces the direction which the second largest share of it faces
+  double third = 0;  ///< ... and which the least of it faces
 };
 
 /// The surface that holds a pose by its evidence; zeros where nothing matches.

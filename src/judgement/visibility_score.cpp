@@ -39,9 +39,9 @@ SurfaceEvidence::operator+=(const SurfaceEvidence& other)
   contradicted += other.contradicted;
   unmatched += other.unmatched;
   matched_normals += other.matched_normals;
-  unmatched_normals += other.unmatched_normals;
   patches += other.patches;
   facing += other.facing;
+  clutter += other.clutter;
   return *this;
 }
 
@@ -97,13 +97,30 @@ collectEvidence(const OrientedSamples& samples,
       }
       else if (range < options.hidden_ratio * image->farthest(cell) + options.hidden_margin) {
         evidence.unmatched += weight;
-        evidence.unmatched_normals.noalias() += weight * normal * normal.transpose();
         evidence.patches.unmatched += vote;
         evidence.facing.unmatched += facing_vote;
       }
     }
   }
   return evidence;
+}
+
+std::size_t
+countAtDepth(const Eigen::Matrix3Xf& points, const RangeImage& image, const Eigen::Isometry3d& T, float tolerance)
+{
+  if (image.empty())
+    return 0;
+  const Eigen::Matrix3f R = T.linear().cast<float>();
+  const Eigen::Vector3f t = T.translation().cast<float>() - image.viewpoint();
+  std::size_t count = 0;
+  for (Eigen::Index i = 0; i < points.cols(); ++i) {
+    const Eigen::Vector3f ray = R * points.col(i) + t;
+    const std::size_t cell = image.cell(ray);
+    const float range = ray.norm(), farthest = image.farthest(cell); // 0: nothing was seen there
+    count += static_cast<std::size_t>(farthest > 0 && range >= image.nearest(cell) - tolerance &&
+                                      range <= farthest + tolerance);
+  }
+  return count;
 }
 
 } // namespace pcl_ssfr

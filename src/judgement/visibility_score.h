@@ -9,6 +9,8 @@
 
 #include <Eigen/Geometry>
 
+#include <cstddef>
+
 namespace pcl_ssfr {
 
 /// Options of the visibility score (METHOD, "Evidence").
@@ -45,11 +47,11 @@ struct SurfaceEvidence {
   // The rest is hidden, behind, or out of view: no evidence.
   /// Sum of weight n n^T in the target frame over the matched surface.
   Eigen::Matrix3d matched_normals = Eigen::Matrix3d::Zero();
-  Eigen::Matrix3d unmatched_normals = Eigen::Matrix3d::Zero(); ///< the same over the unmatched surface
   WeightedEvidence patches;
   /// The same of the samples that face their own sensor (VisibilityOptions::min_facing); of these contradict only those
   /// that face the other sensor too: what is seen edge-on is easily missed.
   WeightedEvidence facing;
+  double clutter = 0; ///< points that fit no plane and lie at the depth that was seen; see countAtDepth()
 
   double
   visible() const
@@ -70,5 +72,16 @@ collectEvidence(const OrientedSamples& samples,
                 const RangeImage* image,
                 const Eigen::Isometry3d& T,
                 const VisibilityOptions& options);
+
+/** \brief Lay points into another scan and count those that lie within the depths that its sensor saw in their
+ * direction.
+ *
+ * Needs no surface: leaves, wires and what sparse rings leave of things stand where they were seen, too.
+ * \param[in] points 3 x N [m]
+ * \param[in] T maps them into the frame of \p image, which may be empty: nothing was seen
+ * \param[in] tolerance on both sides of the depths [m], >= 0
+ */
+std::size_t
+countAtDepth(const Eigen::Matrix3Xf& points, const RangeImage& image, const Eigen::Isometry3d& T, float tolerance);
 
 } // namespace pcl_ssfr

@@ -117,7 +117,8 @@ bytesOf(const PreparedScan& scan)
   const PatchScan& s = patchesOf(scan);
   return sizeof(PreparedData) + bytesOfPatches(s.patches) + bytesOfPatches(s.coarse) + bytesOfMatrix(s.votes.points) +
          bytesOfMatrix(s.votes.normals) + s.index.bytes() + s.range_image.bytes() + bytesOfMatrix(s.surface.points) +
-         bytesOfMatrix(s.surface.normals) + s.surface.patches.size() * sizeof(std::int32_t) + s.surface.facing.size();
+         bytesOfMatrix(s.clutter) + bytesOfMatrix(s.surface.normals) + s.surface.patches.size() * sizeof(std::int32_t) +
+         s.surface.facing.size();
 }
 
 Eigen::Vector3d

@@ -160,6 +160,22 @@ placeSensor(const ScanView& scan,
   return {};
 }
 
+/// At most \p most of the points that are in no patch, evenly drawn in their order, one of each finest cell of patches.
+Eigen::Matrix3Xf
+drawClutter(const ThinnedCloud& cloud, const PlanarPatches& patches, const PatchConfig& config, int most)
+{
+  const auto cell = [&](std::uint32_t i) { return cloud.codes[i] >> (3 * config.finest_level); };
+  std::vector<std::uint32_t> of_cells;
+  for (const std::uint32_t i : patches.clutter)
+    if (of_cells.empty() || cell(i) != cell(of_cells.back()))
+      of_cells.push_back(i);
+  const std::size_t count = std::min(of_cells.size(), static_cast<std::size_t>(most));
+  Eigen::Matrix3Xf drawn(3, static_cast<Eigen::Index>(count));
+  for (std::size_t k = 0; k < count; ++k)
+    drawn.col(static_cast<Eigen::Index>(k)) = cloud.points.col(of_cells[(2 * k + 1) * of_cells.size() / (2 * count)]);
+  return drawn;
+}
+
 } // namespace
 
 DensityOptions
@@ -232,6 +248,7 @@ preparePatchScan(const ScanView& scan, const Options& options, const Deadline& d
       drawRepresentatives(
           prepared.patches.samples, prepared.main_normals, config.coarse_patches, config.direction_radius));
   prepared.coarse.samples.weights.setOnes(); // each stands for others, small and large ones
+  prepared.clutter = drawClutter(cloud, prepared.patches, config.patches, config.clutter_points);
   prepared.surface =
       drawSurfacePoints(cloud, prepared.patches, config.polish_points, config.polish_group, config.max_polish_points);
   cloud = ThinnedCloud(); // its memory goes before the index needs some

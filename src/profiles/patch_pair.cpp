@@ -76,9 +76,11 @@ PatchPair::evidenceAt(const Eigen::Isometry3d& T_target_source, const Visibility
   SurfaceEvidence both = collectEvidence(source_.patches.samples, target_.index, target_.freeSpace(), T, tolerances);
   SurfaceEvidence back =
       collectEvidence(target_.patches.samples, source_.index, source_.freeSpace(), T.inverse(), tolerances);
-  for (Eigen::Matrix3d* normals : {&back.matched_normals, &back.unmatched_normals})
-    *normals = (T.linear() * *normals * T.linear().transpose()).eval();
+  back.matched_normals = (T.linear() * back.matched_normals * T.linear().transpose()).eval();
   both += back;
+  const float tolerance = tolerances.match.distance;
+  both.clutter = static_cast<double>(countAtDepth(source_.clutter, target_.range_image, T, tolerance) +
+                                     countAtDepth(target_.clutter, source_.range_image, T.inverse(), tolerance));
   return both;
 }
 

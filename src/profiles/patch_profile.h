@@ -14,6 +14,8 @@
 #include <pcl_ssfr/scan_view.h>
 #include <pcl_ssfr/search_trace.h>
 
+#include <Eigen/Core>
+
 #include <string>
 #include <vector>
 
@@ -33,8 +35,9 @@ struct PatchScan {
   VotingSamples votes;
   PlanarPatches coarse; ///< a part of the patches that stands for all in the coarse refinement
   PatchIndex index;
-  RangeImage range_image; ///< empty when no viewpoint is used
-  SurfacePoints surface;  ///< points for the final polish, laid on the patches of the other scan
+  RangeImage range_image;   ///< empty when no viewpoint is used
+  Eigen::Matrix3Xf clutter; ///< some points that are in no patch, relative to origin, 3 x N [m]
+  SurfacePoints surface;    ///< points for the final polish, laid on the patches of the other scan
   std::vector<StageReport> stages;
   std::string unfinished; ///< stage in which the time ran out: nothing here may be used then; empty when complete
 
