@@ -14,13 +14,13 @@ namespace {
 
 constexpr double kLeastShare = 0.001; // logarithms are taken of at least this share: less is no evidence
 
-/// Probability that the truth is among the poses of which \p best is the most probable one, if \p log_clear speaks
-/// against contradictions.
+/// Probability that the truth is among the poses of which \p best is the most probable one, with \p log_odds of what
+/// its model alone looks at.
 double
-probabilityOfAny(const ScoredPose& best, double log_clear, const PosteriorConfig& config)
+probabilityOfAny(const ScoredPose& best, double log_odds, const PosteriorConfig& config)
 {
   const double third = best.evidence.total > 0 ? best.held.third / best.evidence.total : 0;
-  return 1 / (1 + std::exp(-(config.known + log_clear + config.third * std::log(third + kLeastShare) +
+  return 1 / (1 + std::exp(-(config.known + log_odds + config.third * std::log(third + kLeastShare) +
                              config.matches * std::log(best.evidence.facing.matched + 1))));
 }
 
@@ -41,9 +41,9 @@ probabilityOfAny(const ScoredPose& best, const PosteriorConfig& config, const Ra
 {
   if (!(best.evidence.matched > 0))
     return 0;
-  const double log_clear = ratios.known + ratios.any_clutter * std::log1p(best.evidence.clutter) -
-                           ratios.any_contradictions * std::log1p(best.evidence.facing.contradicted);
-  return probabilityOfAny(best, log_clear, config);
+  const double log_odds = ratios.known + ratios.any_clutter * std::log1p(best.evidence.clutter) -
+                          ratios.any_contradictions * std::log1p(best.evidence.facing.contradicted);
+  return probabilityOfAny(best, log_odds, config);
 }
 
 /** \brief Log weight of a pose by how far it leads.
@@ -87,7 +87,7 @@ posteriorBy(const std::vector<ScoredPose>& poses, const LogWeight& log_weight, c
   const double largest = *std::max_element(posterior.poses.begin(), posterior.poses.end());
   double right = 0, sum = 0;
   for (std::size_t k = 0; k < poses.size(); ++k)
-    if (posterior.poses[k] == largest)
+    if (posterior.poses[k] == largest) // whichever comes first
       right = std::max(right, any(poses[k]));
   for (double& weight : posterior.poses)
     sum += weight = std::exp(weight - largest);
@@ -105,7 +105,7 @@ makePosteriorModel(const JudgementConfig& config, bool sees_free_space)
   const double chance_surface = config.chance_edge * config.chance_edge;
   if (sees_free_space)
     return {config.posterior, config.ratios, chance_surface};
-  // What one scan alone could contradict would be half of what is missing.
+  // Where one sensor's place is known, what it alone saw through counts for nothing.
   RatioModelConfig blind = config.ratios;
   blind.known = blind.any_clutter = blind.any_contradictions = 0;
   blind.second = blind.clutter = blind.contradictions = 0;

@@ -27,7 +27,7 @@ struct Posterior {
 
 /// What a posterior is computed with.
 struct PosteriorModel {
-  PosteriorConfig lead; ///< the model that asks how far a pose leads; how sure both are of any, but for contradictions
+  PosteriorConfig lead;      ///< the model that asks how far a pose leads; what both ask of any
   RatioModelConfig ratios;   ///< the one that asks how many times as much speaks for it
   double chance_surface = 1; ///< that may meet by chance [m^2]
   double trust = 0.5;        ///< probability of the second model: which of them is right is not known

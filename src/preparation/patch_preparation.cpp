@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
+#include "common/even_draw.h"
 #include "common/stage_clock.h"
 #include "common/stage_names.h"
 #include "preparation/thinning.h"
@@ -8,6 +9,7 @@
 #include "profiles/patch_profile.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -40,7 +42,7 @@ drawPoints(const ScanView& scan, const Eigen::Vector3d& origin, double reach, st
   Eigen::Matrix3Xf drawn(3, static_cast<Eigen::Index>(count));
   Eigen::Index kept = 0;
   for (std::size_t i = 0; i < count; ++i) {
-    const Eigen::Vector3d p = scan.point((2 * i + 1) * n / (2 * count)).cast<double>() - origin;
+    const Eigen::Vector3d p = scan.point(evenlyDrawn(i, count, n)).cast<double>() - origin;
     if ((p.array().abs() < reach).all()) // not so for NaN
       drawn.col(kept++) = p.cast<float>();
   }
@@ -172,7 +174,7 @@ drawClutter(const ThinnedCloud& cloud, const PlanarPatches& patches, const Patch
   const std::size_t count = std::min(of_cells.size(), static_cast<std::size_t>(most));
   Eigen::Matrix3Xf drawn(3, static_cast<Eigen::Index>(count));
   for (std::size_t k = 0; k < count; ++k)
-    drawn.col(static_cast<Eigen::Index>(k)) = cloud.points.col(of_cells[(2 * k + 1) * of_cells.size() / (2 * count)]);
+    drawn.col(static_cast<Eigen::Index>(k)) = cloud.points.col(of_cells[evenlyDrawn(k, count, of_cells.size())]);
   return drawn;
 }
 
@@ -249,6 +251,7 @@ preparePatchScan(const ScanView& scan, const Options& options, const Deadline& d
           prepared.patches.samples, prepared.main_normals, config.coarse_patches, config.direction_radius));
   prepared.coarse.samples.weights.setOnes(); // each stands for others, small and large ones
   prepared.clutter = drawClutter(cloud, prepared.patches, config.patches, config.clutter_points);
+  prepared.patches.clutter = std::vector<std::uint32_t>(); // of points that are gone soon
   prepared.surface =
       drawSurfacePoints(cloud, prepared.patches, config.polish_points, config.polish_group, config.max_polish_points);
   cloud = ThinnedCloud(); // its memory goes before the index needs some

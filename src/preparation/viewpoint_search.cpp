@@ -4,6 +4,7 @@
 #include "preparation/viewpoint_search.h"
 
 #include "common/angles.h"
+#include "common/even_draw.h"
 #include "common/parallel.h"
 #include "common/vector_clones.h"
 #include "preparation/range_image.h"
@@ -25,10 +26,10 @@ using Level = ViewpointSearchConfig::Level;
 Eigen::Matrix3Xf
 drawPoints(const Eigen::Matrix3Xf& points, Eigen::Index most)
 {
-  const Eigen::Index n = std::min(most, points.cols());
-  Eigen::Matrix3Xf drawn(3, n);
-  for (Eigen::Index i = 0; i < n; ++i)
-    drawn.col(i) = points.col((2 * i + 1) * points.cols() / (2 * n));
+  const auto all = static_cast<std::size_t>(points.cols()), n = std::min(static_cast<std::size_t>(most), all);
+  Eigen::Matrix3Xf drawn(3, static_cast<Eigen::Index>(n));
+  for (std::size_t i = 0; i < n; ++i)
+    drawn.col(static_cast<Eigen::Index>(i)) = points.col(static_cast<Eigen::Index>(evenlyDrawn(i, n, all)));
   return drawn;
 }
 

@@ -73,14 +73,15 @@ SurfaceEvidence
 PatchPair::evidenceAt(const Eigen::Isometry3d& T_target_source, const VisibilityOptions& tolerances) const
 {
   const Eigen::Isometry3d& T = T_target_source;
+  const Eigen::Isometry3d T_back = T.inverse();
   SurfaceEvidence both = collectEvidence(source_.patches.samples, target_.index, target_.freeSpace(), T, tolerances);
   SurfaceEvidence back =
-      collectEvidence(target_.patches.samples, source_.index, source_.freeSpace(), T.inverse(), tolerances);
+      collectEvidence(target_.patches.samples, source_.index, source_.freeSpace(), T_back, tolerances);
   back.matched_normals = (T.linear() * back.matched_normals * T.linear().transpose()).eval();
   both += back;
   const float tolerance = tolerances.match.distance;
   both.clutter = static_cast<double>(countAtDepth(source_.clutter, target_.range_image, T, tolerance) +
-                                     countAtDepth(target_.clutter, source_.range_image, T.inverse(), tolerance));
+                                     countAtDepth(target_.clutter, source_.range_image, T_back, tolerance));
   return both;
 }
 

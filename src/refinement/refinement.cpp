@@ -3,6 +3,7 @@
 
 #include "refinement/refinement.h"
 
+#include "common/even_draw.h"
 #include "common/parallel.h"
 #include "refinement/plane_equations.h"
 
@@ -234,7 +235,7 @@ drawSurfacePoints(const ThinnedCloud& cloud, const PlanarPatches& patches, int d
     const std::uint64_t count = patches.counts[i];
     const std::uint64_t drawn = share(count);
     for (std::uint64_t k = 0; k < drawn; ++k, ++next) {
-      const std::uint64_t point = patches.first_point[i] + (2 * k + 1) * count / (2 * drawn);
+      const std::uint64_t point = patches.first_point[i] + evenlyDrawn(k, drawn, count);
       surface.points.col(next) = cloud.points.col(static_cast<Eigen::Index>(point));
       surface.normals.col(next) = patches.samples.normals.col(static_cast<Eigen::Index>(i)).cast<float>();
       surface.patches.push_back(static_cast<std::int32_t>(i));

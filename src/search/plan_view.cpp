@@ -4,6 +4,7 @@
 #include "search/plan_view.h"
 
 #include "common/angles.h"
+#include "common/even_draw.h"
 
 #include <algorithm>
 #include <array>
@@ -138,7 +139,7 @@ drawPlanView(const OrientedSamples& samples, const Eigen::Vector3d& axis, int mo
     return view;
   }
   for (std::size_t k = 0; k < count; ++k)
-    view.elements.push_back(all[(2 * k + 1) * all.size() / (2 * count)]);
+    view.elements.push_back(all[evenlyDrawn(k, count, all.size())]);
   return view;
 }
 
