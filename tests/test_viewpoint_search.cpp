@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
+#include "common/angles.h"
 #include "patch_scenes.h"
 #include "preparation/viewpoint_search.h"
 
@@ -67,6 +68,26 @@ TEST(OpenRoadViewpoint, IsPlausibleThoughTheGroundIsSeenAtAGrazingAngle)
   for (const Eigen::Vector3f& away :
        {Eigen::Vector3f(50, 0, 0), Eigen::Vector3f(0, 50, 0), Eigen::Vector3f(-30, -40, 1), Eigen::Vector3f(0, 0, 50)})
     EXPECT_FALSE(isPlausibleViewpoint(scan, away, config)) << away.transpose();
+}
+
+TEST(SparseRingsViewpoint, IsPlausibleThoughDirectionsBetweenTheRingsAreEmpty)
+{
+  // Sixteen rings two degrees apart, twenty times as dense along them. From above the rings lie farther apart.
+  testing::SensorPattern rings = testing::vehicleScanner(16);
+  rings.azimuth_step = 0.1 * kDegree;
+  rings.elevation_min = -15 * kDegree;
+  rings.elevation_max = 15 * kDegree;
+  rings.elevation_step = 2 * kDegree;
+  const testing::Scene street = testing::makeStreet(2);
+  const ViewpointSearchConfig config;
+  for (std::size_t s = 0; s < 3; ++s) {
+    SCOPED_TRACE(::testing::Message() << "station " << s);
+    const Eigen::Matrix3Xf scan =
+        testing::castScan(street, testing::sensorPose(street.stations[s], 0), rings, 4 + s);
+    EXPECT_TRUE(isPlausibleViewpoint(scan, Eigen::Vector3f::Zero(), config));
+    for (const Eigen::Vector3f& away : {Eigen::Vector3f(50, 0, 0), Eigen::Vector3f(0, 50, 0), Eigen::Vector3f(0, 0, 50)})
+      EXPECT_FALSE(isPlausibleViewpoint(scan, away, config)) << away.transpose();
+  }
 }
 
 TEST_F(Viewpoint, InAFrameFarFromAMapMadeOfScansIsNone)

@@ -255,7 +255,11 @@ isPlausibleViewpoint(const Eigen::Matrix3Xf& points,
                      const ViewpointSearchConfig& config,
                      const Deadline& deadline)
 {
-  return points.cols() > 0 && Rating(points, config.levels.back().points, config, deadline).accepts(place);
+  // The many points of the last level lie on few rings: directions between the rings stay empty, and things show more
+  // rings apart the nearer a place is to them. Fewer points leave as wide gaps along the rings as between them.
+  return points.cols() > 0 && std::any_of(config.levels.rbegin(), config.levels.rend() - 1, [&](const Level& level) {
+           return Rating(points, level.points, config, deadline).accepts(place);
+         });
 }
 
 std::optional<Eigen::Vector3f>
