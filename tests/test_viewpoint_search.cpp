@@ -82,10 +82,10 @@ TEST(SparseRingsViewpoint, IsPlausibleThoughDirectionsBetweenTheRingsAreEmpty)
   const ViewpointSearchConfig config;
   for (std::size_t s = 0; s < 3; ++s) {
     SCOPED_TRACE(::testing::Message() << "station " << s);
-    const Eigen::Matrix3Xf scan =
-        testing::castScan(street, testing::sensorPose(street.stations[s], 0), rings, 4 + s);
+    const Eigen::Matrix3Xf scan = testing::castScan(street, testing::sensorPose(street.stations[s], 0), rings, 4 + s);
     EXPECT_TRUE(isPlausibleViewpoint(scan, Eigen::Vector3f::Zero(), config));
-    for (const Eigen::Vector3f& away : {Eigen::Vector3f(50, 0, 0), Eigen::Vector3f(0, 50, 0), Eigen::Vector3f(0, 0, 50)})
+    for (const Eigen::Vector3f& away :
+         {Eigen::Vector3f(50, 0, 0), Eigen::Vector3f(0, 50, 0), Eigen::Vector3f(0, 0, 50)})
       EXPECT_FALSE(isPlausibleViewpoint(scan, away, config)) << away.transpose();
   }
 }

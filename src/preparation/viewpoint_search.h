@@ -13,8 +13,8 @@
 namespace pcl_ssfr {
 
 /** \brief Whether \p points look as if they were seen from \p place (METHOD, "The place of the sensor"): it rates
- * markedly higher than places around it. Where it does not, as in a corridor or in the open, free space constrains
- * little as well.
+ * markedly higher than places around it, by many points or by fewer. Where it does not, as in a corridor or in the
+ * open, free space constrains little as well.
  *
  * \param[in] points 3 x N, as dense as the sensor made them or evened out [m]
  * \param[in] place in the same frame [m]
