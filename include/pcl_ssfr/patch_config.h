@@ -40,7 +40,8 @@ struct ViewpointSearchConfig {
   double depth_margin = 0.3; ///< [m]
   double two_depth_weight = 10; ///< of a direction with two depths, in directions that see something; with 5: as above
   /// A place is accepted when it is rated this much higher than the mean of six places around it, as a share of the
-  /// points: 129 of 131 sensors of single scans are, and of 366 places 50 m off none reaches 0.03.
+  /// points: 129 of 131 sensors of single scans are, and of 366 places 50 m off none reaches 0.03 (with 6,000 points
+  /// one of 297 reaches 0.047).
   double min_contrast = 0.05;
   /// Bound on the share of directions with two depths, of those that hold several returns, seen from a place that was
   /// found. Single scans: car parks 0.099 and less, a street 0.134; ten of twelve merged ones of car parks 0.142 and

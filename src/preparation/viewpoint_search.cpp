@@ -256,7 +256,8 @@ isPlausibleViewpoint(const Eigen::Matrix3Xf& points,
                      const Deadline& deadline)
 {
   // The many points of the last level lie on few rings: directions between the rings stay empty, and things show more
-  // rings apart the nearer a place is to them. Fewer points leave as wide gaps along the rings as between them.
+  // rings apart the nearer a place is to them. Fewer points leave as wide gaps along the rings as between them; with as
+  // few as those of the first level chance makes as much contrast as the bound asks for.
   return points.cols() > 0 && std::any_of(config.levels.rbegin(), config.levels.rend() - 1, [&](const Level& level) {
            return Rating(points, level.points, config, deadline).accepts(place);
          });
