@@ -77,9 +77,9 @@ protected:
   std::vector<PoseHypothesis>
   search(bool with_image = true) const
   {
-    return searchPlans(source_.patches.samples,
+    return searchPlans({source_.patches.samples, no_points_},
                        source_.votes,
-                       target_.patches.samples,
+                       {target_.patches.samples, no_points_},
                        target_.index,
                        with_image ? &target_.image : nullptr,
                        {up_source_, up_target_},
@@ -92,6 +92,7 @@ protected:
   const testing::SearchedScan source_ = makeScan(T_world_source_, 2);
   const Vector3d up_source_ = source_.main_normals.front().direction;
   const Vector3d up_target_ = target_.main_normals.front().direction;
+  const Eigen::Matrix3Xf no_points_;
   const Eigen::Isometry3d truth_ = testing::relativePose(T_world_target_, T_world_source_);
   PlanSearchOptions options_;
 };
@@ -142,9 +143,9 @@ TEST_F(PlanSearch, OnlyWhatIsAllowedIsLookedAt)
 
 TEST_F(PlanSearch, NothingToSeeNothingFound)
 {
-  EXPECT_TRUE(searchPlans(OrientedSamples(),
+  EXPECT_TRUE(searchPlans({OrientedSamples(), no_points_},
                           VotingSamples(),
-                          target_.patches.samples,
+                          {target_.patches.samples, no_points_},
                           target_.index,
                           &target_.image,
                           {up_source_, up_target_},
@@ -153,9 +154,9 @@ TEST_F(PlanSearch, NothingToSeeNothingFound)
   // Nothing stands on the ground.
   PlanarPatches ground;
   testing::addPatch(ground, {Vector3d(0, 0, -1), Vector3d(9, 0, 0), Vector3d(0, 9, 0)});
-  EXPECT_TRUE(searchPlans(ground.samples,
+  EXPECT_TRUE(searchPlans({ground.samples, no_points_},
                           drawVotingSamples(ground.samples, {{Vector3d::UnitZ(), 1}}, 8),
-                          target_.patches.samples,
+                          {target_.patches.samples, no_points_},
                           target_.index,
                           nullptr,
                           {Vector3d::UnitZ(), up_target_},

@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 #include <vector>
 
 namespace pcl_ssfr::test_plan_view {
@@ -20,6 +21,23 @@ using testing::addPatch;
 using testing::Random;
 
 constexpr int kAll = std::numeric_limits<int>::max();
+
+/// Of patches alone.
+PlanView
+planViewOf(const OrientedSamples& samples, const Eigen::Vector3d& axis, int most)
+{
+  return drawPlanView({samples, Eigen::Matrix3Xf()}, axis, most);
+}
+
+Eigen::Matrix3Xf
+randomPoints(Eigen::Index count, double size, std::uint64_t seed)
+{
+  Random random(seed);
+  Eigen::Matrix3Xf points(3, count);
+  for (float& value : points.reshaped())
+    value = static_cast<float>(random.uniform(-size, size));
+  return points;
+}
 
 /// Ground with an upright board at (x, y) that faces \p heading [rad], for each of some numbers (x, y, heading).
 PlanarPatches
@@ -55,7 +73,7 @@ moved(OrientedSamples samples, const Eigen::Isometry3d& T)
 TEST(PlanView, HoldsWhatFacesAcrossTheAxis)
 {
   const PlanarPatches patches = boardsOnGround({{3, 4, 0.5}});
-  const PlanView view = drawPlanView(patches.samples, Eigen::Vector3d::UnitZ(), 10);
+  const PlanView view = planViewOf(patches.samples, Eigen::Vector3d::UnitZ(), 10);
   ASSERT_EQ(view.elements.size(), 1U); // the ground is left out
   const PlanElement& e = view.elements[0];
   EXPECT_TRUE(view.frame.isUnitary(1e-12));
@@ -65,18 +83,36 @@ TEST(PlanView, HoldsWhatFacesAcrossTheAxis)
   EXPECT_TRUE(n.isApprox(patches.samples.normals.col(1), 1e-6));
   EXPECT_NEAR(std::pow(e.weight, 4), patches.samples.weights[1], 1e-5);
   // A wall for an axis: the ground faces across it.
-  EXPECT_EQ(drawPlanView(patches.samples, patches.samples.normals.col(1), 10).elements.size(), 1U);
+  EXPECT_EQ(planViewOf(patches.samples, patches.samples.normals.col(1), 10).elements.size(), 1U);
 }
 
 TEST(PlanView, IsDrawnEvenly)
 {
   const PlanarPatches patches = boardsOnGround(randomBoards(90, 10, 1));
-  const PlanView all = drawPlanView(patches.samples, Eigen::Vector3d::UnitZ(), kAll);
+  const PlanView all = planViewOf(patches.samples, Eigen::Vector3d::UnitZ(), kAll);
   ASSERT_EQ(all.elements.size(), 90U);
-  const PlanView some = drawPlanView(patches.samples, Eigen::Vector3d::UnitZ(), 30);
+  const PlanView some = planViewOf(patches.samples, Eigen::Vector3d::UnitZ(), 30);
   ASSERT_EQ(some.elements.size(), 30U);
   for (std::size_t k = 0; k < 30; ++k)
     EXPECT_EQ(some.elements[k].x, all.elements[3 * k + 1].x); // the middle one of three
+}
+
+TEST(PlanView, HoldsPointsThatFitNoPlane)
+{
+  const OrientedSamples none;
+  const Eigen::Matrix3Xf points = randomPoints(90, 10, 2);
+  const PlanView all = drawPlanView({none, points}, Eigen::Vector3d(0, 0.6, 0.8), kAll);
+  EXPECT_TRUE(all.elements.empty());
+  ASSERT_EQ(all.clutter.size(), 90U);
+  for (std::size_t i = 0; i < 90; ++i) {
+    const Eigen::Vector3d p(all.clutter[i].x, all.clutter[i].y, all.clutter[i].height);
+    EXPECT_TRUE((all.frame * p).isApprox(points.col(static_cast<Eigen::Index>(i)).cast<double>(), 1e-5));
+  }
+  // Half as many as elements, evenly drawn.
+  const PlanView some = drawPlanView({none, points}, Eigen::Vector3d(0, 0.6, 0.8), 60);
+  ASSERT_EQ(some.clutter.size(), 30U);
+  for (std::size_t k = 0; k < 30; ++k)
+    EXPECT_EQ(some.clutter[k].x, all.clutter[3 * k + 1].x);
 }
 
 /// The score of a square of shifts of two cells, by the definition.
@@ -103,7 +139,13 @@ scoreByDefinition(const PlanView& source,
           sectors <= 1)
         score += static_cast<double>(s.weight) * static_cast<double>(t.weight);
     }
-  return score;
+  double points = 0;
+  for (const PlanPoint& s : source.clutter)
+    for (const PlanPoint& t : target.clutter) {
+      const Eigen::Vector2d d = Eigen::Vector2d(t.x, t.y) - R * Eigen::Vector2d(s.x, s.y) - shift;
+      points += d.cwiseAbs().maxCoeff() < options.cell && std::abs(t.height - s.height - rise) <= options.height;
+    }
+  return score * (1 + points);
 }
 
 TEST(CorrelatedPlanViews, AgreeWithTheDefinition)
@@ -111,9 +153,11 @@ TEST(CorrelatedPlanViews, AgreeWithTheDefinition)
   Random random(3);
   const PlanarPatches a = testing::randomPatches(150, 9, 1, 5);
   const PlanarPatches b = testing::randomPatches(170, 9, 1, 6);
-  for (const bool oriented : {true, false}) {
-    PlanView source = drawPlanView(a.samples, Eigen::Vector3d::UnitX(), kAll);
-    const PlanView target = drawPlanView(b.samples, Eigen::Vector3d(0.6, 0, 0.8), kAll);
+  const Eigen::Matrix3Xf source_points = randomPoints(60, 9, 7), target_points = randomPoints(70, 9, 8), none;
+  for (const auto& [oriented, has_points] : {std::pair(true, false), {false, false}, {true, true}}) {
+    PlanView source = drawPlanView({a.samples, has_points ? source_points : none}, Eigen::Vector3d::UnitX(), kAll);
+    const PlanView target =
+        drawPlanView({b.samples, has_points ? target_points : none}, Eigen::Vector3d(0.6, 0, 0.8), kAll);
     source.oriented = oriented;
     PlanCorrelationOptions options;
     options.cell = 1.3;
@@ -150,8 +194,8 @@ TEST(CorrelatedPlanViews, FindAMovedScan)
                               Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized());
     const OrientedSamples source = moved(target, truth.inverse());
     const Eigen::Vector3d source_axis = truth.linear().transpose() * axis;
-    const PlanView from = drawPlanView(source, source_axis, kAll);
-    const PlanView to = drawPlanView(target, axis, kAll);
+    const PlanView from = planViewOf(source, source_axis, kAll);
+    const PlanView to = planViewOf(target, axis, kAll);
     PlanMatch best;
     for (int k = 0; k < 90; ++k)
       for (const PlanMatch& match : correlatePlanViews(from, to, k * kPi / 45, 0, PlanCorrelationOptions(), 1))
@@ -161,14 +205,44 @@ TEST(CorrelatedPlanViews, FindAMovedScan)
   }
 }
 
+TEST(CorrelatedPlanViews, PointsSayWhichOfTwoPlacesAlike)
+{
+  // Two boards alike, a bush at the second; the source shows one board, and the bush.
+  const OrientedSamples target = boardsOnGround({{-5, 0, 0.1}, {5, 0, 0.1}}).samples;
+  const OrientedSamples source = boardsOnGround({{0, 0, 0.1}}).samples;
+  Eigen::Matrix3Xf bush(3, 2), moved_bush(3, 2);
+  bush << 5.5F, 6.2F, 2, 2.3F, 1, 1.5F;
+  moved_bush << 0.5F, 1.2F, 2, 2.3F, 1, 1.5F;
+  const auto matches = [&](const Eigen::Matrix3Xf& of_target) {
+    return correlatePlanViews(drawPlanView({source, moved_bush}, Eigen::Vector3d::UnitZ(), kAll),
+                              drawPlanView({target, of_target}, Eigen::Vector3d::UnitZ(), kAll),
+                              0,
+                              0,
+                              PlanCorrelationOptions(),
+                              kAll);
+  };
+  const std::vector<PlanMatch> without = matches(Eigen::Matrix3Xf());
+  ASSERT_EQ(without.size(), 2U);
+  EXPECT_EQ(without[0].score, without[1].score);
+  const std::vector<PlanMatch> with = matches(bush);
+  ASSERT_EQ(with.size(), 2U); // points make no match where no element meets
+  const Eigen::Vector3d shift = poseOf(drawPlanView({source, moved_bush}, Eigen::Vector3d::UnitZ(), kAll),
+                                       drawPlanView({target, bush}, Eigen::Vector3d::UnitZ(), kAll),
+                                       with[0],
+                                       0)
+                                    .translation();
+  EXPECT_NEAR(shift.x(), 5, 1);
+  EXPECT_GE(with[0].score, 3 * with[1].score * (1 - 1e-5)); // each point with its own at least
+}
+
 TEST(CorrelatedPlanViews, SidesCountWhereTheyAreKnown)
 {
   const OrientedSamples target = boardsOnGround({{5, 0, 0.1}, {0, 6, 1.4}}).samples;
   OrientedSamples source = target;
   source.normals *= -1;
   const auto best = [&] {
-    const auto matches = correlatePlanViews(drawPlanView(source, Eigen::Vector3d::UnitZ(), kAll),
-                                            drawPlanView(target, Eigen::Vector3d::UnitZ(), kAll),
+    const auto matches = correlatePlanViews(planViewOf(source, Eigen::Vector3d::UnitZ(), kAll),
+                                            planViewOf(target, Eigen::Vector3d::UnitZ(), kAll),
                                             0,
                                             0,
                                             PlanCorrelationOptions(),
@@ -182,8 +256,8 @@ TEST(CorrelatedPlanViews, SidesCountWhereTheyAreKnown)
 
 TEST(CorrelatedPlanViews, PoseMapsWhatMeets)
 {
-  const PlanView source = drawPlanView(OrientedSamples(), Eigen::Vector3d(0, 0.6, 0.8), 1);
-  const PlanView target = drawPlanView(OrientedSamples(), Eigen::Vector3d::UnitX(), 1);
+  const PlanView source = planViewOf(OrientedSamples(), Eigen::Vector3d(0, 0.6, 0.8), 1);
+  const PlanView target = planViewOf(OrientedSamples(), Eigen::Vector3d::UnitX(), 1);
   PlanMatch match;
   match.turn = 0.4;
   match.shift = {2, -3};
@@ -197,9 +271,9 @@ TEST(CorrelatedPlanViews, PoseMapsWhatMeets)
 
 TEST(CorrelatedPlanViews, OfNothingAreNothing)
 {
-  const PlanView empty = drawPlanView(OrientedSamples(), Eigen::Vector3d::UnitZ(), 5);
+  const PlanView empty = planViewOf(OrientedSamples(), Eigen::Vector3d::UnitZ(), 5);
   EXPECT_TRUE(empty.elements.empty());
-  const PlanView one = drawPlanView(boardsOnGround({{1, 1, 0}}).samples, Eigen::Vector3d::UnitZ(), 5);
+  const PlanView one = planViewOf(boardsOnGround({{1, 1, 0}}).samples, Eigen::Vector3d::UnitZ(), 5);
   PlanCorrelationOptions options;
   EXPECT_TRUE(correlatePlanViews(empty, one, 0, 0, options, 5).empty());
   EXPECT_TRUE(correlatePlanViews(one, empty, 0, 0, options, 5).empty());

@@ -122,13 +122,14 @@ HypothesisSource::searchPlans() const
                                              : pairAxes(source_normals_, target_normals_, config);
   std::vector<PoseHypothesis> found;
   for (const AxisPair& pair : axes) {
-    const std::vector<PoseHypothesis> some = pcl_ssfr::searchPlans(pair_.source().patches.samples,
-                                                                   pair_.source().votes,
-                                                                   pair_.target().patches.samples,
-                                                                   pair_.target().index,
-                                                                   pair_.target().freeSpace(),
-                                                                   pair,
-                                                                   options);
+    const std::vector<PoseHypothesis> some =
+        pcl_ssfr::searchPlans({pair_.source().patches.samples, pair_.source().clutter},
+                              pair_.source().votes,
+                              {pair_.target().patches.samples, pair_.target().clutter},
+                              pair_.target().index,
+                              pair_.target().freeSpace(),
+                              pair,
+                              options);
     found.insert(found.end(), some.begin(), some.end());
   }
   std::stable_sort(

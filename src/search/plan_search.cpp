@@ -101,9 +101,9 @@ pairAxes(const std::vector<MainNormal>& source, const std::vector<MainNormal>& t
 }
 
 std::vector<PoseHypothesis>
-searchPlans(const OrientedSamples& source,
+searchPlans(const PlanScan& source,
             const VotingSamples& votes,
-            const OrientedSamples& target,
+            const PlanScan& target,
             const PatchIndex& target_index,
             const RangeImage* target_image,
             const AxisPair& axes,
@@ -113,7 +113,7 @@ searchPlans(const OrientedSamples& source,
   plans.source = drawPlanView(source, axes.source, options.config.elements);
   plans.target = drawPlanView(target, axes.target, options.config.elements);
   const std::vector<ShiftPeak> rises =
-      findPeaks(correlateAlongAxis(source, target, axes.source, axes.target, options.voting).sum,
+      findPeaks(correlateAlongAxis(source.samples, target.samples, axes.source, axes.target, options.voting).sum,
                 searchPeakOptions(options.voting, 1));
   if (!rises.empty())
     plans.rise = rises.front().shift;

@@ -47,9 +47,9 @@ struct PlanSearchOptions {
  * \return distinct poses, those with the most votes for each one against them first
  */
 std::vector<PoseHypothesis>
-searchPlans(const OrientedSamples& source,
+searchPlans(const PlanScan& source,
             const VotingSamples& votes,
-            const OrientedSamples& target,
+            const PlanScan& target,
             const PatchIndex& target_index,
             const RangeImage* target_image,
             const AxisPair& axes,

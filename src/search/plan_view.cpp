@@ -53,18 +53,21 @@ public:
   void
   add(const PlanElement& source, const std::vector<PlanElement>& target, float height)
   {
-    const float scale = 1 / static_cast<float>(cell_);
-    const float middle = static_cast<float>(half_) + 0.5F;
-    for (const PlanElement& e : target) {
-      const float x = (e.x - source.x) * scale + middle;
-      const float y = (e.y - source.y) * scale + middle;
-      if (x >= 0 && y >= 0 && x < static_cast<float>(width_) && y < static_cast<float>(width_) &&
-          std::abs(e.height - source.height) <= height)
-        scores_[index(static_cast<int>(x), static_cast<int>(y))] += source.weight * e.weight;
-    }
+    forEachMet(source, target, height, [&](const PlanElement& e, std::size_t shift) {
+      scores_[shift] += source.weight * e.weight;
+    });
   }
 
-  /// The local maxima of the sums over two by two cells, which do not depend on where a cell ends.
+  /// The same of points, each of which counts one.
+  void
+  add(const PlanPoint& source, const std::vector<PlanPoint>& target, float height)
+  {
+    if (points_.empty())
+      points_.assign(scores_.size(), 0.0F);
+    forEachMet(source, target, height, [&](const PlanPoint&, std::size_t shift) { points_[shift] += 1; });
+  }
+
+  /// The local maxima of the scores over two by two cells, which do not depend on where a cell ends.
   std::vector<PlanMatch>
   findMaxima(double turn) const
   {
@@ -72,8 +75,7 @@ public:
     std::vector<float> sums(scores_.size(), 0.0F);
     for (int y = 0; y < last; ++y)
       for (int x = 0; x < last; ++x)
-        sums[index(x, y)] =
-            scores_[index(x, y)] + scores_[index(x + 1, y)] + scores_[index(x, y + 1)] + scores_[index(x + 1, y + 1)];
+        sums[index(x, y)] = sumOfFour(scores_, x, y) * (points_.empty() ? 1 : 1 + sumOfFour(points_, x, y));
     std::vector<PlanMatch> maxima;
     for (int y = 0; y < last; ++y)
       for (int x = 0; x < last; ++x) {
@@ -85,6 +87,28 @@ public:
   }
 
 private:
+  /// Call \p visit for whatever \p source meets, with the shift that lays it there.
+  template <typename Seen, typename Visit>
+  void
+  forEachMet(const Seen& source, const std::vector<Seen>& target, float height, const Visit& visit) const
+  {
+    const float scale = 1 / static_cast<float>(cell_);
+    const float middle = static_cast<float>(half_) + 0.5F;
+    for (const Seen& e : target) {
+      const float x = (e.x - source.x) * scale + middle;
+      const float y = (e.y - source.y) * scale + middle;
+      if (x >= 0 && y >= 0 && x < static_cast<float>(width_) && y < static_cast<float>(width_) &&
+          std::abs(e.height - source.height) <= height)
+        visit(e, index(static_cast<int>(x), static_cast<int>(y)));
+    }
+  }
+
+  float
+  sumOfFour(const std::vector<float>& cells, int x, int y) const
+  {
+    return cells[index(x, y)] + cells[index(x + 1, y)] + cells[index(x, y + 1)] + cells[index(x + 1, y + 1)];
+  }
+
   std::size_t
   index(int x, int y) const
   {
@@ -108,14 +132,41 @@ private:
   int half_;
   int width_;
   double cell_;
-  std::vector<float> scores_;
+  std::vector<float> scores_; ///< of elements that meet, by the shift
+  std::vector<float> points_; ///< that meet, by the shift; empty: no scan has any
 };
+
+/// At most \p most of \p all, evenly drawn.
+template <typename Seen>
+std::vector<Seen>
+drawEvenly(std::vector<Seen> all, std::size_t most)
+{
+  if (all.size() <= most)
+    return all;
+  std::vector<Seen> drawn;
+  for (std::size_t k = 0; k < most; ++k)
+    drawn.push_back(all[evenlyDrawn(k, most, all.size())]);
+  return drawn;
+}
+
+/// An element or a point of the source under a rotation about the axis and a rise along it.
+template <typename Seen>
+Seen
+moved(Seen e, float cosine, float sine, float rise)
+{
+  const float x = e.x;
+  e.x = cosine * x - sine * e.y;
+  e.y = sine * x + cosine * e.y;
+  e.height += rise;
+  return e;
+}
 
 } // namespace
 
 PlanView
-drawPlanView(const OrientedSamples& samples, const Eigen::Vector3d& axis, int most)
+drawPlanView(const PlanScan& scan, const Eigen::Vector3d& axis, int most)
 {
+  const OrientedSamples& samples = scan.samples;
   PlanView view;
   view.oriented = samples.oriented;
   view.frame.col(2) = axis;
@@ -133,13 +184,14 @@ drawPlanView(const OrientedSamples& samples, const Eigen::Vector3d& axis, int mo
                    static_cast<float>(std::atan2(n.y(), n.x())),
                    static_cast<float>(std::sqrt(std::sqrt(samples.weights[i])))});
   }
-  const auto count = static_cast<std::size_t>(most);
-  if (all.size() <= count) {
-    view.elements = std::move(all);
-    return view;
+  view.elements = drawEvenly(std::move(all), static_cast<std::size_t>(most));
+  const Eigen::Matrix3f to_view = view.frame.transpose().cast<float>();
+  std::vector<PlanPoint> clutter;
+  for (Eigen::Index i = 0; i < scan.clutter.cols(); ++i) {
+    const Eigen::Vector3f p = to_view * scan.clutter.col(i);
+    clutter.push_back({p.x(), p.y(), p.z()});
   }
-  for (std::size_t k = 0; k < count; ++k)
-    view.elements.push_back(all[evenlyDrawn(k, count, all.size())]);
+  view.clutter = drawEvenly(std::move(clutter), static_cast<std::size_t>(most) / 2);
   return view;
 }
 
@@ -157,14 +209,14 @@ correlatePlanViews(const PlanView& source,
   ShiftGrid grid(options.reach, options.cell);
   const auto c = static_cast<float>(std::cos(turn));
   const auto s = static_cast<float>(std::sin(turn));
+  const auto up = static_cast<float>(rise);
+  const auto height = static_cast<float>(options.height);
   for (const PlanElement& e : source.elements) {
-    PlanElement moved = e;
-    moved.x = c * e.x - s * e.y;
-    moved.y = s * e.x + c * e.y;
-    moved.height += static_cast<float>(rise);
     const double heading = std::remainder(static_cast<double>(e.heading) + turn, 2 * kPi);
-    grid.add(moved, sectors[static_cast<std::size_t>(sectorOf(heading))], static_cast<float>(options.height));
+    grid.add(moved(e, c, s, up), sectors[static_cast<std::size_t>(sectorOf(heading))], height);
   }
+  for (const PlanPoint& p : source.clutter)
+    grid.add(moved(p, c, s, up), target.clutter, height);
   std::vector<PlanMatch> matches = grid.findMaxima(turn);
   std::stable_sort(
       matches.begin(), matches.end(), [](const PlanMatch& a, const PlanMatch& b) { return a.score > b.score; });
