@@ -112,7 +112,7 @@ struct SearchPass {
 /// The search for poses of scans that have one direction only in common: seen along it (METHOD, "Search"). Twice and
 /// half of these numbers find the same poses.
 struct PlanSearchConfig {
-  int elements = 500; ///< of a scan that are correlated: with more it takes longer and finds no more
+  int elements = 500; ///< of a scan that are correlated, and half as many points: more take longer and find no more
   double cell = 1;    ///< [m] step of the shifts: half a step of the rotation moves things 13 m away by as much
   double height = 2;  ///< [m] along the axis within which they meet: a storey apart they do not
 };
