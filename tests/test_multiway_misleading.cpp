@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
-// A building made to mislead, from its scans to the map: bays of a hall that are alike but for what stands there.
+// Buildings made to mislead, from their scans to the map: bays, rooms and storeys that are alike.
 
 #include <pcl_ssfr/multiway/multiway_registration.h>
 
@@ -12,23 +12,33 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <numeric>
+#include <string>
+#include <vector>
 
 namespace pcl_ssfr::test_multiway_misleading {
 namespace {
 
-/// Eight scans of a hall whose bays are alike, each in the frame of its sensor.
-class BaysAlike : public ::testing::Test {
-protected:
-  static void
-  SetUpTestSuite()
+/// Scans at stations of a building whose parts are alike, each in the frame of its sensor.
+class MisleadingBuilding {
+public:
+  /// \param[in] stations empty: all
+  MisleadingBuilding(const std::string& scene,
+                     const std::string& sensor,
+                     std::size_t points,
+                     std::vector<std::size_t> stations = {})
   {
     simulation::DatasetPlan plan;
-    plan.scene = "plant_hall";
-    plan.sensor = "leica_p20";
-    plan.points = 15000;
+    plan.scene = scene;
+    plan.sensor = sensor;
+    plan.points = points;
     plan.at_stations = true;
     const simulation::PreparedPlan prepared = simulation::prepare(plan, 0);
-    for (const std::size_t i : {0, 2, 3, 4, 5, 9, 10, 11}) {
+    if (stations.empty()) {
+      stations.resize(prepared.T_world_sensor.size());
+      std::iota(stations.begin(), stations.end(), std::size_t{0});
+    }
+    for (const std::size_t i : stations) {
       const Eigen::Isometry3d& T = prepared.T_world_sensor.at(i);
       const simulation::RayCaster caster(simulation::surfacesAt(prepared.scene, plan.movables, plan.seed, i));
       simulation::ScanOptions options;
@@ -38,15 +48,10 @@ protected:
       truth_.push_back(T);
     }
   }
-  static void
-  TearDownTestSuite()
-  {
-    scans_.clear();
-    truth_.clear();
-  }
 
-  static MultiwayMap
-  mapOf(bool check)
+  /// \param[in] check look for places alike
+  MultiwayMap
+  mapOf(bool check) const
   {
     MultiwayOptions options;
     options.alias.check = check;
@@ -61,8 +66,8 @@ protected:
   }
 
   /// Placed scans that are not within 2 degrees and 0.3 m of where most scans of their component are.
-  static std::size_t
-  countWrong(const MultiwayMap& map)
+  std::size_t
+  countWrong(const MultiwayMap& map) const
   {
     std::size_t wrong = 0;
     for (int component = 0; component < map.components; ++component) {
@@ -83,17 +88,35 @@ protected:
     return wrong;
   }
 
-  static inline std::vector<std::vector<Eigen::Vector3f>> scans_;
-  static inline std::vector<Eigen::Isometry3d> truth_;
+private:
+  std::vector<std::vector<Eigen::Vector3f>> scans_;
+  std::vector<Eigen::Isometry3d> truth_;
 };
 
-TEST_F(BaysAlike, areNotLaidOntoEachOtherAndWhatIsSureIsPlaced)
+TEST(BaysAlike, areNotLaidOntoEachOtherAndWhatIsSureIsPlaced)
 {
-  const MultiwayMap misled = mapOf(false);
-  EXPECT_GT(countWrong(misled), 0U); // without the test for places alike
-  const MultiwayMap map = mapOf(true);
-  EXPECT_EQ(countWrong(map), 0U);
+  const MisleadingBuilding hall("plant_hall", "leica_p20", 15000, {0, 2, 3, 4, 5, 9, 10, 11});
+  EXPECT_GT(hall.countWrong(hall.mapOf(false)), 0U); // without the test for places alike
+  const MultiwayMap map = hall.mapOf(true);
+  EXPECT_EQ(hall.countWrong(map), 0U);
   EXPECT_EQ(map.placed, 8U); // by links that contradict nearly nothing
+}
+
+TEST(RoomsAlike, areNotLaidOntoEachOther)
+{
+  const MisleadingBuilding rooms("rooms_with_doors", "hokuyo_utm30lx", 40000);
+  EXPECT_GT(rooms.countWrong(rooms.mapOf(false)), 0U);
+  const MultiwayMap map = rooms.mapOf(true);
+  EXPECT_EQ(rooms.countWrong(map), 0U); // scans would stand at one place and contradict each other
+}
+
+TEST(HotelRooms, areNotLaidOntoEachOtherThoughNothingContradicts)
+{
+  const MisleadingBuilding hotel("hotel_corridor", "ouster_os1_128", 40000, {1, 3, 4, 5, 7, 8, 9, 11, 12, 13, 15, 16});
+  EXPECT_GT(hotel.countWrong(hotel.mapOf(false)), 0U);
+  const MultiwayMap map = hotel.mapOf(true);
+  EXPECT_EQ(hotel.countWrong(map), 0U); // scans of the corridor say another place for each
+  EXPECT_EQ(map.placed, 8U);            // and are placed
 }
 
 } // namespace

@@ -18,37 +18,6 @@ namespace {
 
 using ::testing::ElementsAre;
 
-TEST(ClearOdds, areThoseOfLinksTimesThoseOfSurfaces)
-{
-  ChoiceConfig config; // odds of 100, the ninth power of the scores
-  // By links alone: a hundred times the belief of the rival at equal scores.
-  EXPECT_TRUE(isClear({50.1, 0.3}, {0.5, 0.3}, config));
-  EXPECT_FALSE(isClear({49.9, 0.3}, {0.5, 0.3}, config));
-  // By surfaces: 1.67^9 = 101 at equal beliefs, 1.66^9 = 96.
-  EXPECT_TRUE(isClear({1, 1.67 * 0.2}, {1, 0.2}, config));
-  EXPECT_FALSE(isClear({1, 1.66 * 0.2}, {1, 0.2}, config));
-  // Both: 1.3^9 = 10.6, so ten times the belief is enough and nine times is not.
-  EXPECT_TRUE(isClear({10, 0.26}, {1, 0.2}, config));
-  EXPECT_FALSE(isClear({9, 0.26}, {1, 0.2}, config));
-  config.clear_odds = 10;
-  EXPECT_TRUE(isClear({1, 0.26}, {1, 0.2}, config));
-}
-
-TEST(ClearOdds, aRivalThatScoresMoreCompetesWhateverTheLinksSay)
-{
-  const ChoiceConfig config;
-  EXPECT_FALSE(isClear({1e9, 0.2}, {1e-9, 0.21}, config));
-  EXPECT_FALSE(isClear({1e9, -0.2}, {1e-9, -0.1}, config)); // both hang in free space
-}
-
-TEST(ClearOdds, aRivalWhoseSurfacesHangIsNone)
-{
-  const ChoiceConfig config;
-  EXPECT_TRUE(isClear({0, 0.1}, {5, 0}, config));
-  EXPECT_TRUE(isClear({0, 0.1}, {5, -1}, config));
-  EXPECT_FALSE(isClear({0, 0.1}, {5, 0.01}, config)); // no link says so, and the surfaces do not make up for it
-}
-
 /// The upper tail by adding up all ways that links can be wrong.
 double
 tailByCounting(int all, int contradicted, double wrong)
@@ -176,29 +145,43 @@ TEST_F(Parts, linksThatAreNotSureHoldNothingTogether)
     }
 }
 
-/// Scans 2, 4, 5 and 8 at 0, 0.6, 0.9 and 1.2 m; of all pairs the same share meets.
-std::vector<int>
-sameStations(double share, std::size_t least, double within = 1)
+/// Scans 2, 4, 5 and 8 at 0, 0.6, 0.9 and 1.2 m; scan 5 sees something else than the others.
+Piles
+pilesOf(std::size_t least, double within, double least_matched)
 {
-  AliasConfig config;
-  config.same_station = least;
   const std::vector<int> members = {2, 4, 5, 8};
   std::vector<Eigen::Vector3d> stations;
   for (const double x : {0.0, 0.6, 0.9, 1.2})
     stations.emplace_back(x, 7, -1);
   const auto pairs = pairsOf(members);
-  PlacementEvidence e;
-  e.total = 200;
-  e.matched = 200 * share;
-  return findSameStations(members, stations, within, pairs, std::vector<PlacementEvidence>(pairs.size(), e), config);
+  std::vector<PlacementEvidence> evidence;
+  for (const auto& [i, j] : pairs) {
+    PlacementEvidence e;
+    e.matched = i == 5 || j == 5 ? 40 : 90;
+    evidence.push_back(e);
+  }
+  const auto counts = [&](const PlacementEvidence& e) { return e.matched >= least_matched; };
+  return findPiles(members, stations, within, pairs, evidence, counts, least);
 }
 
-TEST(SameStations, areOfThreeScansThatSeeTheSame)
+TEST(ScansAtOnePlace, arePilesOfThoseThatCount)
 {
-  EXPECT_THAT(sameStations(0.85, 3), ElementsAre(2, 4, 5, 8));
-  EXPECT_THAT(sameStations(0.75, 3), ElementsAre());
-  EXPECT_THAT(sameStations(0.85, 5), ElementsAre()); // 2 and 8 are 1.2 m apart, so no scan has four others
-  EXPECT_THAT(sameStations(0.85, 3, 0.4), ElementsAre(4, 5, 8));
+  const Piles all = pilesOf(3, 1, 0);
+  ASSERT_EQ(all.size(), 4U);
+  EXPECT_THAT(all.at(2), ElementsAre(2, 4, 5)); // 8 is 1.2 m away
+  EXPECT_THAT(all.at(4), ElementsAre(2, 4, 5, 8));
+  EXPECT_THAT(all.at(8), ElementsAre(4, 5, 8));
+  EXPECT_TRUE(pilesOf(5, 1, 0).empty());
+  const Piles near = pilesOf(3, 0.4, 0);
+  ASSERT_EQ(near.size(), 1U);
+  EXPECT_THAT(near.at(5), ElementsAre(4, 5, 8));
+  const Piles alike = pilesOf(3, 1, 50);
+  ASSERT_EQ(alike.size(), 1U); // without 5
+  EXPECT_THAT(alike.at(4), ElementsAre(2, 4, 8));
+  EXPECT_TRUE(pilesOf(2, 1, 100).empty());
+  EXPECT_TRUE(findPiles(
+                  {}, {}, 1, {}, {}, [](const PlacementEvidence&) { return true; }, 2)
+                  .empty());
 }
 
 } // namespace

@@ -3,15 +3,22 @@
 
 // Whether a storey may be several: the vertical of made-up parts, levels, and stairs that lead to nowhere.
 
+#include "common/angles.h"
 #include "multiway/storeys.h"
 
 #include <patch_scenes.h>
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
 namespace pcl_ssfr::test_multiway_storeys {
 namespace {
 
+using Eigen::Vector3d;
 using testing::addPatch;
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
@@ -23,7 +30,6 @@ protected:
   std::vector<StoreyScan>
   scansAt(const std::vector<double>& heights)
   {
-    using Eigen::Vector3d;
     surfaces_.clear();
     surfaces_.reserve(heights.size());
     std::vector<StoreyScan> scans;
@@ -68,6 +74,83 @@ TEST_F(Storeys, noFloorNoVertical)
   EXPECT_FALSE(findUp(scans, sees_all_around).has_value());
 }
 
+/// What a sensor in a room of 6 x 5 x 3 m sees in the directions that the test allows, in a frame turned by R: a patch
+/// for each of many directions, of the area that fills the same solid angle.
+template <typename Test>
+OrientedSamples
+seenInRoom(const Vector3d& place, const Eigen::Matrix3d& R, const Test& sees)
+{
+  const Vector3d low(0, 0, 0), high(6, 5, 3);
+  constexpr int kDirections = 2000;
+  std::vector<Vector3d> points, normals;
+  std::vector<double> areas;
+  for (int k = 0; k < kDirections; ++k) { // a spiral: evenly spread
+    const double z = 1 - (2 * k + 1.0) / kDirections, angle = 2.399963 * k;
+    const double r = std::sqrt(1 - z * z);
+    const Vector3d d(r * std::cos(angle), r * std::sin(angle), z);
+    if (!sees(d))
+      continue;
+    double range = 1e9;
+    Vector3d normal = Vector3d::Zero();
+    for (int axis = 0; axis < 3; ++axis) {
+      const double to_wall = ((d[axis] > 0 ? high[axis] : low[axis]) - place[axis]) / d[axis];
+      if (to_wall < range) {
+        range = to_wall;
+        normal = Vector3d::Unit(axis) * (d[axis] > 0 ? -1 : 1);
+      }
+    }
+    // What one wall shows is in many small patches: their number says nothing.
+    const int parts = normal.x() < 0 ? 20 : 1;
+    for (int part = 0; part < parts; ++part) {
+      points.emplace_back(R * (place + range * d));
+      normals.emplace_back(R * normal);
+      areas.push_back(4 * kPi / kDirections * range * range / std::abs(normal.dot(d)) / parts);
+    }
+  }
+  OrientedSamples samples;
+  const auto count = static_cast<Eigen::Index>(points.size());
+  samples.points.resize(3, count);
+  samples.normals.resize(3, count);
+  samples.weights.resize(count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    samples.points.col(i) = points[static_cast<std::size_t>(i)];
+    samples.normals.col(i) = normals[static_cast<std::size_t>(i)];
+    samples.weights[i] = areas[static_cast<std::size_t>(i)];
+  }
+  return samples;
+}
+
+/// The angle between the vertical that is found for four sensors in that room and the right one [rad]; none found: NaN.
+template <typename Test>
+double
+verticalError(const Test& sees)
+{
+  const Eigen::Matrix3d R = Eigen::AngleAxisd(1.1, Vector3d(1, 2, -1).normalized()).toRotationMatrix();
+  std::vector<OrientedSamples> surfaces;
+  std::vector<StoreyScan> scans;
+  // At heights of which no two agree, as on stairs: what lies equally far below says nothing.
+  const std::vector<Vector3d> places = {{1, 1, 0.4}, {5.5, 4, 0.9}, {3, 0.5, 1.4}, {2, 3, 1.9}};
+  for (const Vector3d& place : places)
+    surfaces.push_back(seenInRoom(place, R, sees));
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    StoreyScan scan;
+    scan.surface = &surfaces[i];
+    scan.place = R * places[i];
+    scans.push_back(scan);
+  }
+  const auto up = findUp(scans, AliasConfig());
+  return up ? std::acos(std::min(1.0, std::abs(up->dot(R * Vector3d::UnitZ()))))
+            : std::numeric_limits<double>::quiet_NaN();
+}
+
+TEST(Vertical, isTheAxisOfWhatLooksAroundButNotAllTheWayUpAndDown)
+{
+  EXPECT_LT(verticalError([](const Vector3d& d) { return std::abs(d.z()) < 0.26; }), 0.01);        // rings
+  EXPECT_LT(verticalError([](const Vector3d& d) { return d.z() > -0.12 && d.z() < 0.79; }), 0.01); // a dome
+  EXPECT_TRUE(std::isnan(verticalError([](const Vector3d& d) { return d.z() > -0.88; })));         // no tripod in view
+  EXPECT_TRUE(std::isnan(verticalError([](const Vector3d& d) { return d.x() > 0.8; })));           // to the front
+}
+
 TEST_F(Storeys, oneLevelIsNoDoubt)
 {
   EXPECT_FALSE(doubtOf({1.2, 1.21, 1.3, 1.2}).has_value());
@@ -96,6 +179,34 @@ TEST_F(Storeys, stairsOneWayAreADoubtWhenScansStandApart)
 TEST_F(Storeys, stairsBetweenTwoLevelsAreNone)
 {
   EXPECT_FALSE(doubtOf({1.2, 1.2, 1.2, 2.1, 2.95, 4.1, 4.7, 4.7, 4.7}).has_value());
+}
+
+/// Scans of which only the places matter.
+std::vector<StoreyScan>
+scansAtPlaces(const std::vector<Vector3d>& places)
+{
+  std::vector<StoreyScan> scans(places.size());
+  for (std::size_t i = 0; i < places.size(); ++i)
+    scans[i].place = places[i];
+  return scans;
+}
+
+TEST(ScansInDoubt, areTheStoreyTheFewerOfTheWaysAndThoseAtOnePlace)
+{
+  const std::vector<StoreyScan> scans =
+      scansAtPlaces({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {9, 0, 1}, {9, 0, -1}, {8, 0, -2}, {8.2, 0, -2.2}, {7, 0, -3}});
+  StoreyDoubt doubt;
+  doubt.level = {0, 1, 2};
+  doubt.above = {3};
+  doubt.below = {4, 5, 7};
+  EXPECT_THAT(scansInDoubt(scans, doubt, 0.4), ElementsAre(0, 1, 2, 3));
+  doubt.below = {4, 5, 6, 7};
+  EXPECT_THAT(scansInDoubt(scans, doubt, 0.4), ElementsAre(0, 1, 2, 3, 5, 6));
+  doubt.below = {4}; // as many: up and down are not known from each other
+  EXPECT_THAT(scansInDoubt(scans, doubt, 0.4), ElementsAre(0, 1, 2, 3, 4));
+  doubt.below = {4, 5, 6, 7};
+  doubt.above.clear();
+  EXPECT_THAT(scansInDoubt(scans, doubt, 0.1), ElementsAre(0, 1, 2)); // the only way may be one
 }
 
 TEST_F(Storeys, noScansNoDoubt)

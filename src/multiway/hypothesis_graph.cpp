@@ -178,11 +178,14 @@ weighHypotheses(const std::vector<PairLink>& links,
   }
   HypothesisGraph graph;
   graph.related_share = estimateShare(none, options.link.fitted_share);
+  // "None of them" is a place that is not shared, or a pose that was not found. Where more pairs share a place than in
+  // what the posterior was fitted to, the first is less probable; the second is not, and what was found gains nothing.
+  const double share = std::min(graph.related_share, options.link.fitted_share);
   for (std::size_t k = 0; k < links.size(); ++k) {
     const PairLink& link = links[k];
     graph.first.push_back(graph.hypotheses.size());
     const double any = 1 - none[k];
-    const double related = shifted(none[k], graph.related_share, options.link.fitted_share);
+    const double related = shifted(none[k], share, options.link.fitted_share);
     none[k] = 1 - related;
     for (std::size_t rank = 0; rank < link.hypotheses.size(); ++rank) {
       WeighedHypothesis h;

@@ -32,7 +32,7 @@ struct WeighedHypothesis {
 struct HypothesisGraph {
   std::vector<WeighedHypothesis> hypotheses; ///< by link, then rank
   std::vector<std::size_t> first;            ///< of each link: its hypotheses are [first[k], first[k + 1])
-  double related_share = 0;                  ///< of the pairs that show one place: the prior of the building, estimated
+  double related_share = 0;                  ///< of the pairs that show one place, estimated
 };
 
 /// Whether two poses of a pair agree: rotations within the bound, and where they put \p place (source frame) as well.
@@ -49,10 +49,11 @@ areDistinct(const Eigen::Isometry3d& a,
 /** \brief How probable each hypothesis is.
  *
  * The posterior of a pair was fitted to pairs of which most share a place; of the pairs of a building most do not. The
- * share of those that do is estimated (by expectation and maximisation over the job's own pairs), and every posterior
- * is shifted to it. Then loops speak: with hypotheses i-c and c-j, a hypothesis i-j either closes the loop or does
- * not, and what the surer ones say counts more. False links that agree with each other by chance do not form loops;
- * places alike do, and are not found out here.
+ * share of those that do is estimated (by expectation and maximisation over the job's own pairs), and where it is
+ * smaller than in those pairs, every posterior is shifted to it. Then loops speak: with hypotheses i-c and c-j, a
+ * hypothesis i-j either closes the loop or does not, and what the surer ones say counts more. False links that agree
+ * with each other by chance do not form loops; places alike do, and are not found out here.
+ *
  * \param[in] links by source, then target, source < target
  * \param[in] places of the sensors, in the scans' frames [m]
  * \param[in] excluded what they claimed is counted as no shared place

@@ -12,6 +12,7 @@
 #include "multiway/parts.h"
 #include "multiway/placed_evidence.h"
 #include "multiway/places_alike.h"
+#include "multiway/rival_places.h"
 #include "multiway/scan_pair.h"
 
 #include <algorithm>
@@ -57,31 +58,8 @@ public:
     Placement placed = choose({}, nullptr);
     map_.stages.push_back(clock.lap("choose", links_.size(), countParts(placed.assembly)));
     adjust(placed);
-    bool is_apart = false;
-    const std::set<int> in_doubt = alike_.inDoubt(placed.assembly, placed.graph);
-    if (!in_doubt.empty()) { // once more, with what is nearly free of contradictions
-      const std::size_t notes = map_.notes.size();
-      placed = choose(alike_.contradicting(in_doubt), nullptr);
-      adjust(placed);
-      if (separate(alike_.sameStations(placed.assembly, in_doubt),
-                   "places here look alike: it would stand where other scans do, and sees the same",
-                   placed)) {
-        separateHanging(placed.assembly, placed.graph, placed.reasons);
-        adjustAnew(placed);
-      }
-      if (!alike_.inDoubt(placed.assembly, placed.graph).empty()) {
-        map_.notes.resize(notes); // of what is chosen anew
-        placed = chooseByFurniture(in_doubt);
-        is_apart = separate(alike_.rivalGroups(placed.assembly),
-                            "places here look alike: groups of scans contradict each other",
-                            placed);
-      }
-    }
-    is_apart = separate(alike_.storeys(placed.assembly),
-                        "it may be of a storey that only looks like the one of the scans it is linked to",
-                        placed) ||
-               is_apart;
-    if (is_apart)
+    const bool is_chosen_apart = chooseAnewInDoubt(placed);
+    if (separateAlike(placed) || is_chosen_apart)
       adjustAnew(placed);
     for (std::string& note : alike_.repeatedStations(placed.assembly))
       map_.notes.push_back(std::move(note));
@@ -105,6 +83,7 @@ private:
     Assembly assembly;
     std::vector<std::string> reasons;           ///< why scans stand apart
     std::vector<Eigen::Isometry3d> graph_poses; ///< before the joint adjustment
+    std::vector<int> misled;                    ///< PlacesAlike::misled()
   };
 
   /// Put the scans together, but not by the hypotheses that are excluded, nor as the test of joins forbids.
@@ -115,16 +94,65 @@ private:
     Placement placed;
     placed.graph = weighHypotheses(links_, places_, input_.decisions, input_.options, excluded);
     report("choose", 1, 3);
-    const EvidenceFunction evidence = [this](int source, int target, const Eigen::Isometry3d& T, double looseness) {
-      return evidence_.at(source, target, T, looseness);
-    };
-    placed.assembly =
-        assemble(links_, placed.graph, places_, evidence, input_.decisions, names_, input_.options, join_test);
+    placed.assembly = assemble(
+        links_, placed.graph, places_, evidenceFunction(), input_.decisions, names_, input_.options, join_test);
     report("choose", 2, 3);
     placed.reasons.resize(names_.size());
     separateHanging(placed.assembly, placed.graph, placed.reasons);
     report("choose", 3, 3);
     return placed;
+  }
+
+  std::set<int>
+  inDoubt(const Placement& placed) const
+  {
+    std::set<int> scans = alike_.inDoubt(placed.assembly, placed.graph);
+    scans.insert(placed.misled.begin(), placed.misled.end());
+    return scans;
+  }
+
+  /// Where parts are in doubt, all is put together once more: by what is nearly free of contradictions and, where that
+  /// does not do, by furniture. \return whether scans were put apart since the last adjustment
+  bool
+  chooseAnewInDoubt(Placement& placed)
+  {
+    const std::set<int> in_doubt = inDoubt(placed);
+    if (in_doubt.empty())
+      return false;
+    const std::size_t notes = map_.notes.size();
+    placed = choose(alike_.contradicting(in_doubt), nullptr);
+    adjust(placed);
+    if (separate(alike_.sameStations(placed.assembly, in_doubt),
+                 "places here look alike: it would stand where other scans do, and sees the same",
+                 placed)) {
+      separateHanging(placed.assembly, placed.graph, placed.reasons);
+      adjustAnew(placed);
+    }
+    if (inDoubt(placed).empty())
+      return false;
+    map_.notes.resize(notes); // of what is chosen anew
+    placed = chooseByFurniture(in_doubt);
+    return separate(
+        alike_.rivalGroups(placed.assembly), "places here look alike: groups of scans contradict each other", placed);
+  }
+
+  /// Put scans apart, of any part, where it is said by what stands where. \return whether there are any
+  bool
+  separateAlike(Placement& placed)
+  {
+    const bool is_storey = separate(alike_.storeys(placed.assembly),
+                                    "it may be of a storey that only looks like the one of the scans it is linked to",
+                                    placed);
+    const bool is_station =
+        separate(alike_.contradictingStations(placed.assembly),
+                 "places here look alike: it would stand where other scans do, and contradicts them",
+                 placed);
+    const Piles piles = alike_.piles(placed.assembly);
+    std::vector<int> in_piles;
+    for (const auto& [i, pile] : piles)
+      in_piles.push_back(i);
+    const bool is_rival = separateRivals(in_piles, piles, placed);
+    return is_storey || is_station || is_rival;
   }
 
   /// Put the scans together where not only walls agree, but furniture as well.
@@ -152,7 +180,9 @@ private:
     adjustAnew(placed);
     if (separateHanging(placed.assembly, placed.graph, placed.reasons))
       adjustAnew(placed);
-    if (separateRivals(placed.assembly, placed.graph, placed.reasons)) {
+    std::vector<int> all(names_.size());
+    std::iota(all.begin(), all.end(), 0);
+    if (separateRivals(all, {}, placed)) {
       separateHanging(placed.assembly, placed.graph, placed.reasons);
       adjustAnew(placed);
     }
@@ -174,6 +204,14 @@ private:
       out.insert(out.end(), doubt.scans.begin(), doubt.scans.end());
     }
     return putApart(out, reason, placed.assembly, placed.graph, placed.reasons);
+  }
+
+  EvidenceFunction
+  evidenceFunction() const
+  {
+    return [this](int source, int target, const Eigen::Isometry3d& T, double looseness) {
+      return evidence_.at(source, target, T, looseness);
+    };
   }
 
   const PreparedScan&
@@ -296,90 +334,26 @@ private:
                     reasons);
   }
 
-  /// What the scans of a part say of one of them at a pose, loosely; its own entry is not read.
-  double
-  scoreAt(const Assembly& assembly, const std::vector<int>& members, int which, const Eigen::Isometry3d& pose) const
-  {
-    PlacementEvidence sum;
-    for (const int other : members)
-      if (other != which)
-        sum += evidence_.at(which,
-                            other,
-                            assembly.poses[static_cast<std::size_t>(other)].inverse() * pose,
-                            input_.options.choice.loose);
-    return sum.total > 0 ? (sum.matched - input_.options.choice.contradiction_weight * sum.contradicted) / sum.total
-                         : 0;
-  }
-
-  /** \brief Each scan once more, now that all others are placed: it stands apart where another place in its part, which
-   * a link of it says, explains all surfaces better, or nearly as well. \return whether any does
+  /** \brief Put scans apart, of those asked about, that have a rival.
+   * \param[in] piles PlacesAlike::piles()
+   * \return whether there are any
    */
   bool
-  separateRivals(Assembly& assembly, const HypothesisGraph& graph, std::vector<std::string>& reasons) const
+  separateRivals(const std::vector<int>& asked, const Piles& piles, Placement& placed) const
   {
-    std::vector<char> has_rival(names_.size(), 0);
-    const auto parts = membersOf(assembly);
-    forEachInParallel(static_cast<std::int64_t>(names_.size()), 1, threads_, [&](std::int64_t index) {
-      const auto i = static_cast<std::size_t>(index);
-      const std::vector<int>& members = parts.at(assembly.part[i]);
-      if (members.size() > 2 && hasRival(assembly, graph, members, static_cast<int>(i)))
-        has_rival[i] = 1;
-    });
-    std::vector<int> out;
-    for (std::size_t i = 0; i < has_rival.size(); ++i)
-      if (has_rival[i])
-        out.push_back(static_cast<int>(i));
-    return putApart(
-        out, "another place in the map explains its surfaces nearly as well, or better", assembly, graph, reasons);
-  }
-
-  bool
-  hasRival(const Assembly& assembly, const HypothesisGraph& graph, const std::vector<int>& members, int which) const
-  {
-    const ChoiceConfig& config = input_.options.choice;
-    const auto i = static_cast<std::size_t>(which);
-    double agree_here = 0;
-    std::vector<std::pair<double, Eigen::Isometry3d>> rivals; // belief, place
-    for (std::size_t k = 0; k < links_.size(); ++k) {
-      const PairLink& link = links_[k];
-      if (link.source != which && link.target != which)
-        continue;
-      if (input_.decisions.accepted.count({link.source, link.target}) > 0)
-        return false;
-      const auto other = static_cast<std::size_t>(link.source == which ? link.target : link.source);
-      if (assembly.part[other] != assembly.part[i])
-        continue;
-      for (std::size_t h = graph.first[k]; h < graph.first[k + 1]; ++h) {
-        const WeighedHypothesis& w = graph.hypotheses[h];
-        const Eigen::Isometry3d& T = link.hypotheses[w.rank].T_target_source;
-        const Eigen::Isometry3d pose = assembly.poses[other] * (link.source == which ? T : T.inverse());
-        if (!areDistinct(assembly.poses[i], pose, places_[i], config)) {
-          agree_here += w.belief;
-          continue;
-        }
-        if (w.prior < config.rival)
-          continue;
-        const auto same = std::find_if(rivals.begin(), rivals.end(), [&](const auto& rival) {
-          return !areDistinct(rival.second, pose, places_[i], config);
-        });
-        if (same != rivals.end())
-          same->first += w.prior;
-        else
-          rivals.emplace_back(w.prior, pose);
-      }
-    }
-    if (rivals.empty())
-      return false;
-    // Places alike may explain more than the right one, of which little is seen: links that agree on another place are
-    // a reason for doubt by themselves.
-    if (std::any_of(rivals.begin(), rivals.end(), [&](const auto& rival) {
-          return rival.first >= config.rival_links && agree_here < config.clear_majority * rival.first;
-        }))
-      return true;
-    const PlaceOdds here{agree_here, scoreAt(assembly, members, which, assembly.poses[i])};
-    return std::any_of(rivals.begin(), rivals.end(), [&](const auto& rival) {
-      return !isClear(here, {rival.first, scoreAt(assembly, members, which, rival.second)}, config);
-    });
+    const std::vector<int> out = findScansWithRivals(asked,
+                                                     {placed.assembly, links_, placed.graph, places_},
+                                                     evidenceFunction(),
+                                                     piles,
+                                                     input_.decisions,
+                                                     input_.options.choice,
+                                                     threads_);
+    placed.misled = alike_.misled(placed.assembly, out);
+    return putApart(out,
+                    "another place in the map explains its surfaces nearly as well, or better",
+                    placed.assembly,
+                    placed.graph,
+                    placed.reasons);
   }
 
   void

@@ -73,14 +73,13 @@ validate(const MultiwayOptions& options)
   requirePositive("choice.outvoted", choice.outvoted);
   requirePositive("choice.clear_odds", choice.clear_odds);
   requirePositive("choice.score_power", choice.score_power);
-  requirePositive("choice.rival_links", choice.rival_links);
-  requirePositive("choice.clear_majority", choice.clear_majority);
   requireShare("choice.lone", choice.lone);
   requirePositive("choice.contradiction_weight", choice.contradiction_weight);
   requireOption(
       choice.rival_gain >= 1 && choice.rival_gain < 100, "choice.rival_gain", choice.rival_gain, "be 1 to 100");
   requireOption(choice.loose >= 1 && choice.loose < 10, "choice.loose", choice.loose, "be 1 or more, less than 10");
   requireShare("alias.same_view", options.alias.same_view);
+  requireShare("alias.seen_through", options.alias.seen_through);
   requireOption(options.alias.same_station >= 2,
                 "alias.same_station",
                 static_cast<double>(options.alias.same_station),

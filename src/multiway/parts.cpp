@@ -7,7 +7,6 @@
 #include "refinement/plane_equations.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <numeric>
 #include <set>
@@ -134,40 +133,31 @@ findHanging(const std::vector<int>& members,
   return hanging;
 }
 
-std::vector<int>
-findSameStations(const std::vector<int>& members,
-                 const std::vector<Eigen::Vector3d>& stations,
-                 double within,
-                 const std::vector<std::pair<int, int>>& pairs,
-                 const std::vector<PlacementEvidence>& evidence,
-                 const AliasConfig& config)
+Piles
+findPiles(const std::vector<int>& members,
+          const std::vector<Eigen::Vector3d>& stations,
+          double within,
+          const std::vector<std::pair<int, int>>& pairs,
+          const std::vector<PlacementEvidence>& evidence,
+          const std::function<bool(const PlacementEvidence&)>& counts,
+          std::size_t least)
 {
   std::map<int, Eigen::Vector3d> station;
   for (std::size_t m = 0; m < members.size(); ++m)
     station[members[m]] = stations[m];
-  std::map<int, std::set<int>> same; // of each scan: itself and those that stand where it does
+  std::map<int, std::set<int>> same;
   for (std::size_t k = 0; k < pairs.size(); ++k) {
     const auto [i, j] = pairs[k];
-    if (!(evidence[k].matched >= config.same_view * evidence[k].total) || (station[i] - station[j]).norm() >= within)
+    if (!counts(evidence[k]) || (station[i] - station[j]).norm() >= within)
       continue;
     same[i].insert({i, j});
     same[j].insert({i, j});
   }
-  std::set<int> found;
+  Piles piles;
   for (const auto& [i, scans] : same)
-    if (scans.size() >= config.same_station)
-      found.insert(scans.begin(), scans.end());
-  return {found.begin(), found.end()};
-}
-
-bool
-isClear(const PlaceOdds& chosen, const PlaceOdds& rival, const ChoiceConfig& config)
-{
-  if (rival.score > chosen.score)
-    return false;
-  if (!(rival.score > 0))
-    return true;
-  return chosen.belief * std::pow(chosen.score / rival.score, config.score_power) >= config.clear_odds * rival.belief;
+    if (scans.size() >= least)
+      piles[i].assign(scans.begin(), scans.end());
+  return piles;
 }
 
 SureLinks

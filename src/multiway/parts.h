@@ -7,6 +7,7 @@
 #include "multiway/hypothesis_graph.h"
 #include "multiway/scan_pair.h"
 
+#include <functional>
 #include <map>
 #include <utility>
 #include <vector>
@@ -48,33 +49,26 @@ findHanging(const std::vector<int>& members,
             const std::vector<PlacementEvidence>& evidence,
             double contradiction_weight);
 
-/** \brief Scans of a part that stand at one place, at least AliasConfig::same_station of them, and see the same.
+/// Scans by those that stand where they do: of each of them all within some distance, itself included, ascending.
+using Piles = std::map<int, std::vector<int>>;
+
+/** \brief Piles of at least so many scans.
  *
- * Nobody sets up a scanner there so often: rooms alike, scanned from the same place, are laid onto one another.
+ * Nobody sets up a scanner at one place so often: rooms alike, scanned from the same place, are laid onto one another.
+ * Or a sensor stood there for a while, or turned on the spot.
  * \param[in] stations places of the sensors of \p members in the map [m]
  * \param[in] within distance of two sensors that are at one place [m]
  * \param[in] pairs of \p members, with their evidence
- * \return ascending
+ * \param[in] counts whether a pair at one place is taken for one, by its evidence
  */
-std::vector<int>
-findSameStations(const std::vector<int>& members,
-                 const std::vector<Eigen::Vector3d>& stations,
-                 double within,
-                 const std::vector<std::pair<int, int>>& pairs,
-                 const std::vector<PlacementEvidence>& evidence,
-                 const AliasConfig& config);
-
-/// A place for a scan: the sum of the beliefs of the links that say so, and the score of all surfaces there.
-struct PlaceOdds {
-  double belief = 0;
-  double score = 0;
-};
-/** \brief Whether the odds for the place chosen against a rival are enough (ChoiceConfig::clear_odds): those of the
- * links times those of the surfaces. A rival whose score is not positive is none; one with the higher score always
- * competes.
- */
-bool
-isClear(const PlaceOdds& chosen, const PlaceOdds& rival, const ChoiceConfig& config);
+Piles
+findPiles(const std::vector<int>& members,
+          const std::vector<Eigen::Vector3d>& stations,
+          double within,
+          const std::vector<std::pair<int, int>>& pairs,
+          const std::vector<PlacementEvidence>& evidence,
+          const std::function<bool(const PlacementEvidence&)>& counts,
+          std::size_t least);
 
 /// What became of the sure links that touch a part.
 struct SureLinks {

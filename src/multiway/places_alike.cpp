@@ -10,10 +10,24 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <iterator>
 #include <utility>
 #include <variant>
 
 namespace pcl_ssfr {
+
+namespace {
+
+std::vector<int>
+scansOf(const Piles& piles)
+{
+  std::set<int> scans;
+  for (const auto& [i, pile] : piles)
+    scans.insert(pile.begin(), pile.end());
+  return {scans.begin(), scans.end()};
+}
+
+} // namespace
 
 PlacesAlike::PlacesAlike(const MapInput& input,
                          const std::vector<PairLink>& links,
@@ -187,6 +201,22 @@ PlacesAlike::refuted(const Assembly& assembly, const HypothesisGraph& graph) con
   return scans;
 }
 
+std::vector<int>
+PlacesAlike::misled(const Assembly& assembly, const std::vector<int>& with_rivals) const
+{
+  std::vector<int> scans;
+  if (!input_.options.alias.check)
+    return scans;
+  const std::set<int> all(with_rivals.begin(), with_rivals.end());
+  for (const std::vector<int>& members : undecidedParts(assembly, 2)) {
+    std::vector<int> found;
+    std::copy_if(members.begin(), members.end(), std::back_inserter(found), [&](int i) { return all.count(i) > 0; });
+    if (!found.empty() && 2 * found.size() >= members.size())
+      scans.insert(scans.end(), found.begin(), found.end());
+  }
+  return scans;
+}
+
 std::vector<Doubt>
 PlacesAlike::rivalGroups(const Assembly& assembly) const
 {
@@ -213,7 +243,8 @@ PlacesAlike::sameStations(const Assembly& assembly, const std::set<int>& in_doub
   for (const std::vector<int>& members : undecidedParts(assembly, 1)) {
     if (std::none_of(members.begin(), members.end(), [&](int i) { return in_doubt.count(i) > 0; }))
       continue;
-    const std::vector<int> found = sameStationsOf(assembly, members, input_.options.choice.rival_translation);
+    const std::vector<int> found =
+        scansOf(pilesOf(assembly, members, input_.options.choice.rival_translation, SeenInPile::TheSame));
     if (!found.empty())
       doubts.push_back({found,
                         std::to_string(found.size()) + " scans (with " + name(found.front()) +
@@ -223,6 +254,52 @@ PlacesAlike::sameStations(const Assembly& assembly, const std::set<int>& in_doub
   return doubts;
 }
 
+std::vector<Doubt>
+PlacesAlike::contradictingStations(const Assembly& assembly) const
+{
+  std::vector<Doubt> doubts;
+  if (!input_.options.alias.check)
+    return doubts;
+  const AliasConfig& config = input_.options.alias;
+  for (const std::vector<int>& members : undecidedParts(assembly, config.same_station)) {
+    Piles piles = pilesOf(assembly, members, input_.options.choice.same_translation, SeenInPile::Anything);
+    const auto pairs = pairsOf(members);
+    const std::vector<PlacementEvidence>& evidence = evidence_.of(assembly, members, pairs);
+    Piles contradicting;
+    for (auto& [i, pile] : piles) {
+      PlacementEvidence sum;
+      for (const auto& pair : pairsOf(pile)) // in the order of all pairs, which is ascending
+        sum += evidence[static_cast<std::size_t>(std::lower_bound(pairs.begin(), pairs.end(), pair) - pairs.begin())];
+      if (sum.contradicted > config.seen_through * sum.matched)
+        contradicting[i] = std::move(pile);
+    }
+    const std::vector<int> found = scansOf(contradicting);
+    if (!found.empty())
+      doubts.push_back({found,
+                        std::to_string(found.size()) + " scans (with " + name(found.front()) +
+                            ") would stand at one place and contradict each other: rooms that look alike; they are "
+                            "kept apart (approximate --poses or --accept decide)"});
+  }
+  return doubts;
+}
+
+Piles
+PlacesAlike::piles(const Assembly& assembly) const
+{
+  Piles piles;
+  if (!input_.options.alias.check)
+    return piles;
+  const double within = input_.options.choice.same_translation;
+  for (const std::vector<int>& members : undecidedParts(assembly, input_.options.alias.same_station)) {
+    const Piles there = pilesOf(assembly, members, within, SeenInPile::Anything);
+    for (const auto& [i, alike] : pilesOf(assembly, members, within, SeenInPile::TheSame))
+      for (const int j : there.at(i))
+        if (there.count(j) > 0)
+          piles[j] = there.at(j);
+  }
+  return piles;
+}
+
 std::vector<std::string>
 PlacesAlike::repeatedStations(const Assembly& assembly) const
 {
@@ -230,7 +307,8 @@ PlacesAlike::repeatedStations(const Assembly& assembly) const
   if (!input_.options.alias.check)
     return notes;
   for (const std::vector<int>& members : undecidedParts(assembly, 1)) {
-    const std::vector<int> found = sameStationsOf(assembly, members, input_.options.choice.same_translation);
+    const std::vector<int> found =
+        scansOf(pilesOf(assembly, members, input_.options.choice.same_translation, SeenInPile::TheSame));
     if (!found.empty())
       notes.push_back(std::to_string(found.size()) + " scans (with " + name(found.front()) +
                       ") stand where others do and see the same: if they were not taken there, places look alike and "
@@ -239,16 +317,24 @@ PlacesAlike::repeatedStations(const Assembly& assembly) const
   return notes;
 }
 
-std::vector<int>
-PlacesAlike::sameStationsOf(const Assembly& assembly, const std::vector<int>& members, double within) const
+Piles
+PlacesAlike::pilesOf(const Assembly& assembly, const std::vector<int>& members, double within, SeenInPile seen) const
 {
   std::vector<Eigen::Vector3d> stations;
   stations.reserve(members.size());
   for (const int i : members)
     stations.push_back(assembly.poses[static_cast<std::size_t>(i)] * places_[static_cast<std::size_t>(i)]);
   const auto pairs = pairsOf(members);
-  return findSameStations(
-      members, stations, within, pairs, evidence_.of(assembly, members, pairs), input_.options.alias);
+  const auto counts = [&](const PlacementEvidence& pair) {
+    return seen == SeenInPile::Anything || pair.matched >= input_.options.alias.same_view * pair.total;
+  };
+  return findPiles(members,
+                   stations,
+                   within,
+                   pairs,
+                   evidence_.of(assembly, members, pairs),
+                   counts,
+                   input_.options.alias.same_station);
 }
 
 std::vector<Doubt>
@@ -281,7 +367,7 @@ PlacesAlike::storeys(const Assembly& assembly) const
         "a storey of " + std::to_string(found->level.size()) +
         " scans may be several that look alike, laid onto one another: stairs lead from it to no other level, and no "
         "scan distinguishes the storeys; its scans are kept apart (approximate --poses or --accept decide)";
-    for (const std::size_t k : found->level)
+    for (const std::size_t k : scansInDoubt(scans, *found, input_.options.choice.same_translation))
       doubt.scans.push_back(members[k]);
     doubts.push_back(std::move(doubt));
   }

@@ -7,6 +7,7 @@
 #include "multiway/furniture.h"
 #include "multiway/hypothesis_graph.h"
 #include "multiway/map_stages.h"
+#include "multiway/parts.h"
 #include "multiway/placed_evidence.h"
 #include "multiway/rival_groups.h"
 #include "multiway/storeys.h"
@@ -77,6 +78,11 @@ public:
   std::vector<int>
   refuted(const Assembly& assembly, const HypothesisGraph& graph) const;
 
+  /// The scans with rivals of parts half of which, or more, have them: then the part was put together wrongly.
+  /// \param[in] with_rivals findScansWithRivals()
+  std::vector<int>
+  misled(const Assembly& assembly, const std::vector<int>& with_rivals) const;
+
   /// Parts in which groups of scans contradict each other.
   std::vector<Doubt>
   rivalGroups(const Assembly& assembly) const;
@@ -85,12 +91,25 @@ public:
   std::vector<Doubt>
   sameStations(const Assembly& assembly, const std::set<int>& in_doubt) const;
 
+  /** \brief Piles within ChoiceConfig::same_translation whose scans see through more than AliasConfig::seen_through of
+   * what they see of each other: rooms alike, laid onto one another.
+   *
+   * From one place surfaces hide each other in the same way, and poses that are off by a little contradict nothing.
+   */
+  std::vector<Doubt>
+  contradictingStations(const Assembly& assembly) const;
+
+  /// Piles within ChoiceConfig::same_translation in which a scan and at least two others see the same: a reason for
+  /// doubt where these alone say so (findScansWithRivals()).
+  Piles
+  piles(const Assembly& assembly) const;
+
   /// Notes on scans of any part that stand within ChoiceConfig::same_translation of at least two others and see the
   /// same: no reason for doubt by itself, as sensors turn on the spot, but a person knows whether they did.
   std::vector<std::string>
   repeatedStations(const Assembly& assembly) const;
 
-  /// Storeys that may be several laid onto one another: the scans of the storey, not those on the ways up and down.
+  /// Storeys that may be several laid onto one another: scansInDoubt().
   std::vector<Doubt>
   storeys(const Assembly& assembly) const;
 
@@ -105,8 +124,11 @@ private:
   template <typename Test>
   ExcludedHypotheses
   excludedBy(const std::set<int>& in_doubt, const Test& is_out) const;
-  std::vector<int>
-  sameStationsOf(const Assembly& assembly, const std::vector<int>& members, double within) const;
+  /// What the scans of a pile see of each other's surfaces.
+  enum class SeenInPile { TheSame, Anything };
+  /// Of AliasConfig::same_station scans and more.
+  Piles
+  pilesOf(const Assembly& assembly, const std::vector<int>& members, double within, SeenInPile seen) const;
   PlacementEvidence
   furniture(int source, int target, const Eigen::Isometry3d& T_target_source) const;
   /// Parts of at least so many scans of which a person said nothing.

@@ -3,16 +3,23 @@
 
 #include "multiway/storeys.h"
 
+#include "common/angles.h"
+
 #include <Eigen/Eigenvalues>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 #include <utility>
 
 namespace pcl_ssfr {
 
 namespace {
+
+/// Mean square of the cosine to its axis, below which a view goes around it: 1/3 of a view to all sides or to one half
+/// of them, 0.2 of a dome of 60 degrees.
+constexpr double kLooksAround = 0.28;
 
 /// Distance of the surface below a sensor that faces up, the lower half of what is seen within reach: the median by
 /// area; NaN when hardly anything faces there.
@@ -110,39 +117,77 @@ isIndoors(const StoreyScan& scan, const Eigen::Vector3d& up, const AliasConfig& 
   return floor > config.least_floor_area && ceiling > config.least_floor_area;
 }
 
-/// Sum of d d^T over the directions from a sensor to its patches, map frame.
-Eigen::Matrix3d
-viewOf(const StoreyScan& scan)
+/// The directions in which a sensor sees something, map frame. Each patch counts by the solid angle that it fills, so
+/// that in a room this is the field of view, whatever stands near.
+struct FieldOfView {
+  Eigen::Matrix3d about_zero = Eigen::Matrix3d::Zero(); ///< mean of d d^T over the directions d
+  Eigen::Matrix3d about_mean = Eigen::Matrix3d::Zero(); ///< the same of what d differs from its mean
+};
+
+FieldOfView
+fieldOfView(const StoreyScan& scan)
 {
-  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  FieldOfView view;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  double all = 0; // [sr]
   for (Eigen::Index i = 0; i < scan.surface->size(); ++i) {
-    const Eigen::Vector3d d = (scan.T_map_surface * scan.surface->points.col(i) - scan.place).normalized();
-    sum += d * d.transpose();
+    const Eigen::Vector3d ray = scan.T_map_surface * scan.surface->points.col(i) - scan.place;
+    const Eigen::Vector3d normal = scan.T_map_surface.linear() * scan.surface->normals.col(i);
+    const Eigen::Vector3d d = ray.normalized();
+    const double area = scan.surface->weights[i];
+    const double angle = area * std::abs(normal.dot(d)) / (ray.squaredNorm() + area / kPi); // never above pi
+    if (!std::isfinite(angle))
+      continue; // at the sensor
+    all += angle;
+    sum += angle * d;
+    view.about_zero += angle * d * d.transpose();
   }
-  return sum;
+  if (all > 0) {
+    view.about_zero /= all;
+    view.about_mean = view.about_zero - sum * sum.transpose() / (all * all);
+  }
+  return view;
 }
 
-/// The axis of sensors with few rings, which look around and hardly up or down: none where they look everywhere, or
-/// where the axes of the scans differ.
+/// The direction that level surfaces face near \p axis: they are level to a fraction of a degree, which the axis of a
+/// view is not. The axis itself where there are none.
+Eigen::Vector3d
+levelDirection(const std::vector<StoreyScan>& scans, const Eigen::Vector3d& axis, const AliasConfig& config)
+{
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const StoreyScan& scan : scans)
+    for (Eigen::Index i = 0; i < scan.surface->size(); ++i) {
+      const Eigen::Vector3d n = scan.T_map_surface.linear() * scan.surface->normals.col(i);
+      if (std::abs(n.dot(axis)) > config.level_normal)
+        sum += scan.surface->weights[i] * (n.dot(axis) < 0 ? -n : n);
+    }
+  return sum.norm() > 0 ? sum.normalized() : axis;
+}
+
+/// The vertical by sensors that look all around, but not all the way up and down: rings, or a dome. The spread of what
+/// they see is flat. None where they look everywhere or one way only, or where the axes of the scans differ.
 std::optional<Eigen::Vector3d>
-axisOfRings(const std::vector<StoreyScan>& scans, const AliasConfig& config)
+verticalByView(const std::vector<StoreyScan>& scans, const AliasConfig& config)
 {
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
   std::vector<Eigen::Vector3d> axes;
   for (const StoreyScan& scan : scans) {
-    const Eigen::Matrix3d view = viewOf(scan);
-    sum += view;
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(view);
-    if (solver.eigenvalues()[0] < config.flat_view * solver.eigenvalues()[1])
-      axes.emplace_back(solver.eigenvectors().col(0));
+    const FieldOfView view = fieldOfView(scan);
+    sum += view.about_mean;
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(view.about_mean);
+    const Eigen::Vector3d axis = solver.eigenvectors().col(0);
+    const bool is_flat = solver.eigenvalues()[0] < config.flat_view * solver.eigenvalues()[1];
+    const bool looks_around = axis.dot(view.about_zero * axis) < kLooksAround;
+    if (is_flat && looks_around)
+      axes.push_back(axis);
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(sum);
-  Eigen::Vector3d axis = solver.eigenvectors().col(0);
+  const Eigen::Vector3d axis = solver.eigenvectors().col(0);
   const auto alike = std::count_if(
       axes.begin(), axes.end(), [&](const Eigen::Vector3d& a) { return std::abs(a.dot(axis)) > config.level_normal; });
   if (static_cast<double>(alike) < config.least_level_share * static_cast<double>(scans.size()))
     return std::nullopt;
-  return axis;
+  return levelDirection(scans, axis, config);
 }
 
 } // namespace
@@ -152,8 +197,8 @@ findUp(const std::vector<StoreyScan>& scans, const AliasConfig& config)
 {
   if (scans.empty())
     return std::nullopt;
-  if (std::optional<Eigen::Vector3d> axis = axisOfRings(scans, config))
-    return axis;
+  if (std::optional<Eigen::Vector3d> up = verticalByView(scans, config))
+    return up;
   std::optional<Eigen::Vector3d> best;
   double most = config.least_level_share;
   for (const Eigen::Vector3d& up : mainDirections(scans, config)) {
@@ -224,6 +269,22 @@ findStoreyDoubt(const std::vector<StoreyScan>& scans, const Eigen::Vector3d& up,
       return doubt;
   }
   return std::nullopt;
+}
+
+std::vector<std::size_t>
+scansInDoubt(const std::vector<StoreyScan>& scans, const StoreyDoubt& doubt, double same_place)
+{
+  std::set<std::size_t> in_doubt(doubt.level.begin(), doubt.level.end());
+  if (doubt.above.size() <= doubt.below.size())
+    in_doubt.insert(doubt.above.begin(), doubt.above.end());
+  if (doubt.below.size() <= doubt.above.size())
+    in_doubt.insert(doubt.below.begin(), doubt.below.end());
+  for (const std::vector<std::size_t>* way : {&doubt.above, &doubt.below})
+    for (const std::size_t i : *way)
+      for (const std::size_t j : *way)
+        if (i != j && (scans[i].place - scans[j].place).norm() < same_place)
+          in_doubt.insert(i);
+  return {in_doubt.begin(), in_doubt.end()};
 }
 
 } // namespace pcl_ssfr

@@ -30,9 +30,9 @@ struct StoreyDoubt {
   std::vector<std::size_t> below;                ///< and on the way down
 };
 
-/** \brief The vertical of a part of a building, of either sign: the axis of sensors with few rings, or the direction in
- * which floors lie equally far from most sensors. None: there is no such direction, as outdoors or with sensors carried
- * by hand.
+/** \brief The vertical of a part of a building, of either sign: the axis of sensors that look around but not all the
+ * way up and down, made exact by level surfaces, or the direction in which floors lie equally far from most sensors.
+ * None: there is no such direction, as with sensors carried by hand.
  */
 std::optional<Eigen::Vector3d>
 findUp(const std::vector<StoreyScan>& scans, const AliasConfig& config);
@@ -51,5 +51,13 @@ findStoreyDoubt(const std::vector<StoreyScan>& scans,
                 const Eigen::Vector3d& up,
                 bool others,
                 const AliasConfig& config);
+
+/** \brief The scans that are not to be trusted where a storey may be several: those of the storey; of the ways up and
+ * down the fewer, as both may be one, or both where they are as many; and those of a way that stand where another one
+ * of it does. \param[in] scans of the part \param[in] same_place distance of two sensors that are at one place [m]
+ * \return ascending
+ */
+std::vector<std::size_t>
+scansInDoubt(const std::vector<StoreyScan>& scans, const StoreyDoubt& doubt, double same_place);
 
 } // namespace pcl_ssfr

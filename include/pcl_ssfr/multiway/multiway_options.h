@@ -52,8 +52,6 @@ struct ChoiceConfig {
   double loop_weight = 1.5;      ///< log odds that a loop of two sure links adds to, or takes from, a link
   double loop_bound = 6;         ///< log odds that loops may add at most: links of one building err together
   double sure = 0.5;             ///< probability from which on a link speaks for and against others
-  double rival_links = 1.4;      ///< probability of links that agree on another place, from which on it is a doubt ...
-  double clear_majority = 3;     ///< ... unless those for the place chosen have this many times as much
   /// Odds that a placed scan must have against each rival: of a hundred that are doubtful, one may be wrong. They are
   /// those of the links times those of the surfaces: links of places alike err together, so they never decide alone.
   double clear_odds = 100;
@@ -71,13 +69,14 @@ struct ChoiceConfig {
 
 /// Storeys alike: when a storey of the map may be several, laid onto one another. Lengths [m] are those of buildings.
 struct AliasConfig {
-  bool check = true;          ///< look for them
-  double level_normal = 0.97; ///< cosine to the vertical from which on a surface is level: 14 degrees
-  double least_floor = 0.3;   ///< [m] floors are at least ...
-  double most_floor = 3;      ///< [m] ... and at most this far below a sensor ...
-  double floor_reach = 3;     ///< [m] ... and this far to the side
-  double ceiling_reach = 15;  ///< [m] to the side, of floors and ceilings that make a storey
-  double flat_view = 0.4;     ///< spread of the directions of view along the axis of rings over the next one, at most
+  bool check = true;              ///< look for them
+  double level_normal = 0.97;     ///< cosine to the vertical from which on a surface is level: 14 degrees
+  double least_floor = 0.3;       ///< [m] floors are at least ...
+  double most_floor = 3;          ///< [m] ... and at most this far below a sensor ...
+  double floor_reach = 3;         ///< [m] ... and this far to the side
+  double ceiling_reach = 15;      ///< [m] to the side, of floors and ceilings that make a storey
+  double flat_view = 0.4;         ///< variance of a field of view along its axis over that across: rings 0.1, a dome of
+                                  ///< 60 degrees 0.2, all but a cone below the scanner 0.6
   double least_floor_area = 0.1;  ///< [m^2] of it
   double same_floor = 0.2;        ///< [m] sensors on one tripod or vehicle
   double least_level_share = 0.7; ///< of the scans, that agree on a vertical: else none is known
@@ -86,7 +85,10 @@ struct AliasConfig {
   double off_level = 0.4;         ///< [m] more than two steps of a stair
   double same_view = 0.8;         ///< share of the surface of two scans that meets, from which on they see the same
   std::size_t same_station = 3;   ///< scans that see the same within ChoiceConfig::rival_translation: rooms alike
-  double storey = 4.5;            ///< [m] the way to the next level is shorter than this
+  /// Share of what scans at one place see of each other that they may see through: surfaces hide each other there in
+  /// the same way. Five rooms laid onto one another 0.05, three 0.022; of one place none, or people.
+  double seen_through = 0.02;
+  double storey = 4.5; ///< [m] the way to the next level is shorter than this
 };
 
 /// Groups of scans of a part that contradict each other more than they do among themselves: places that look alike,

@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#include "multiway/rival_places.h"
+
+#include "common/parallel.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+
+namespace pcl_ssfr {
+
+namespace {
+
+/// Where links put a scan.
+struct ProposedPlaces {
+  double agree = 0;                                         ///< sum of the beliefs of those that agree with where it is
+  std::vector<std::pair<double, Eigen::Isometry3d>> rivals; ///< other places: sum of the probabilities, pose in the map
+  bool is_accepted = false;                                 ///< a person accepted one of its links
+};
+
+class RivalSearch {
+public:
+  RivalSearch(const PlacedScans& placed,
+              const EvidenceFunction& evidence,
+              const Decisions& decisions,
+              const ChoiceConfig& config)
+      : placed_(placed), evidence_(evidence), decisions_(decisions), config_(config)
+  {}
+
+  /// \param[in] members of its part
+  /// \param[in] pile with it in it, or empty
+  bool
+  hasRival(int scan, std::vector<int> members, const std::vector<int>& pile) const
+  {
+    const auto is_of_pile = [&](int other) { return std::binary_search(pile.begin(), pile.end(), other); };
+    members.erase(std::remove_if(members.begin(), members.end(), is_of_pile), members.end());
+    const ProposedPlaces places = placesOf(scan, pile);
+    if (places.is_accepted)
+      return false;
+    if (members.empty())
+      return hasOthersToSee(scan);
+    if (places.rivals.empty())
+      return false;
+    const bool by_surfaces = !pile.empty();
+    const PlaceOdds here{by_surfaces ? 1 : places.agree, scoreAt(scan, members, pose(scan))};
+    return std::any_of(places.rivals.begin(), places.rivals.end(), [&](const auto& rival) {
+      return !isClear(here, {by_surfaces ? 1 : rival.first, scoreAt(scan, members, rival.second)}, config_);
+    });
+  }
+
+private:
+  const Eigen::Isometry3d&
+  pose(int scan) const
+  {
+    return placed_.assembly.poses[static_cast<std::size_t>(scan)];
+  }
+
+  /// What its links to scans of its part say, but not to those of its pile.
+  ProposedPlaces
+  placesOf(int scan, const std::vector<int>& pile) const
+  {
+    const auto i = static_cast<std::size_t>(scan);
+    const Eigen::Vector3d& place = placed_.places[i];
+    ProposedPlaces found;
+    for (std::size_t k = 0; k < placed_.links.size(); ++k) {
+      const PairLink& link = placed_.links[k];
+      if (link.source != scan && link.target != scan)
+        continue;
+      found.is_accepted = found.is_accepted || decisions_.accepted.count({link.source, link.target}) > 0;
+      const int other = link.source == scan ? link.target : link.source;
+      if (placed_.assembly.part[static_cast<std::size_t>(other)] != placed_.assembly.part[i] ||
+          std::binary_search(pile.begin(), pile.end(), other))
+        continue;
+      for (std::size_t h = placed_.graph.first[k]; h < placed_.graph.first[k + 1]; ++h) {
+        const WeighedHypothesis& w = placed_.graph.hypotheses[h];
+        const Eigen::Isometry3d& T = link.hypotheses[w.rank].T_target_source;
+        const Eigen::Isometry3d proposed = pose(other) * (link.source == scan ? T : T.inverse());
+        if (!areDistinct(pose(scan), proposed, place, config_))
+          found.agree += w.belief;
+        else if (pile.empty() ? w.prior >= config_.rival : w.prior > 0)
+          addRival(found, w.prior, proposed, place);
+      }
+    }
+    return found;
+  }
+
+  /// Whether it was compared with a scan of another part.
+  bool
+  hasOthersToSee(int scan) const
+  {
+    return std::any_of(placed_.links.begin(), placed_.links.end(), [&](const PairLink& link) {
+      const auto s = static_cast<std::size_t>(link.source), t = static_cast<std::size_t>(link.target);
+      return (link.source == scan || link.target == scan) && placed_.assembly.part[s] != placed_.assembly.part[t];
+    });
+  }
+
+  void
+  addRival(ProposedPlaces& found, double prior, const Eigen::Isometry3d& proposed, const Eigen::Vector3d& place) const
+  {
+    const auto same = std::find_if(found.rivals.begin(), found.rivals.end(), [&](const auto& rival) {
+      return !areDistinct(rival.second, proposed, place, config_);
+    });
+    if (same != found.rivals.end())
+      same->first += prior;
+    else
+      found.rivals.emplace_back(prior, proposed);
+  }
+
+  /// What others say of a scan at a pose, loosely; its own entry is not read.
+  double
+  scoreAt(int scan, const std::vector<int>& others, const Eigen::Isometry3d& at) const
+  {
+    PlacementEvidence sum;
+    for (const int other : others)
+      if (other != scan)
+        sum += evidence_(scan, other, pose(other).inverse() * at, config_.loose);
+    return sum.total > 0 ? (sum.matched - config_.contradiction_weight * sum.contradicted) / sum.total : 0;
+  }
+
+  const PlacedScans& placed_;
+  const EvidenceFunction& evidence_;
+  const Decisions& decisions_;
+  const ChoiceConfig& config_;
+};
+
+} // namespace
+
+bool
+isClear(const PlaceOdds& chosen, const PlaceOdds& rival, const ChoiceConfig& config)
+{
+  if (rival.score > chosen.score)
+    return false;
+  if (!(rival.score > 0))
+    return true;
+  return chosen.belief * std::pow(chosen.score / rival.score, config.score_power) >= config.clear_odds * rival.belief;
+}
+
+std::vector<int>
+findScansWithRivals(const std::vector<int>& asked,
+                    const PlacedScans& placed,
+                    const EvidenceFunction& evidence,
+                    const Piles& piles,
+                    const Decisions& decisions,
+                    const ChoiceConfig& config,
+                    int threads)
+{
+  const RivalSearch search(placed, evidence, decisions, config);
+  const auto parts = membersOf(placed.assembly);
+  std::vector<char> has_rival(asked.size(), 0);
+  forEachInParallel(static_cast<std::int64_t>(asked.size()), 1, threads, [&](std::int64_t index) {
+    const int scan = asked[static_cast<std::size_t>(index)];
+    const std::vector<int>& members = parts.at(placed.assembly.part[static_cast<std::size_t>(scan)]);
+    const auto pile = piles.find(scan);
+    if (members.size() > 2 && search.hasRival(scan, members, pile != piles.end() ? pile->second : std::vector<int>()))
+      has_rival[static_cast<std::size_t>(index)] = 1;
+  });
+  std::vector<int> found;
+  for (std::size_t k = 0; k < asked.size(); ++k)
+    if (has_rival[k])
+      found.push_back(asked[k]);
+  return found;
+}
+
+} // namespace pcl_ssfr

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+#pragma once
+
+#include "multiway/assembly.h"
+#include "multiway/decisions.h"
+#include "multiway/hypothesis_graph.h"
+#include "multiway/parts.h"
+
+#include <vector>
+
+namespace pcl_ssfr {
+
+/// A place for a scan: the sum of the beliefs of the links that say so, and the score of all surfaces there.
+struct PlaceOdds {
+  double belief = 0;
+  double score = 0;
+};
+/** \brief Whether the odds for the place chosen against a rival are enough (ChoiceConfig::clear_odds): those of the
+ * links times those of the surfaces. A rival whose score is not positive is none; one with the higher score always
+ * competes.
+ */
+bool
+isClear(const PlaceOdds& chosen, const PlaceOdds& rival, const ChoiceConfig& config);
+
+/// Scans put together, and what that was made of.
+struct PlacedScans {
+  const Assembly& assembly;
+  const std::vector<PairLink>& links;
+  const HypothesisGraph& graph;
+  const std::vector<Eigen::Vector3d>& places; ///< of the sensors in the scans' frames [m]
+};
+
+/** \brief Scans, of those asked about, for which another place in their part, which a link of theirs says, explains all
+ * surfaces better, or nearly as well: isClear() does not hold. Each scan against all others of its part, where these
+ * are two or more.
+ *
+ * Links on another place with a probability of ChoiceConfig::rival and more are rivals. Scans of a pile confirm each
+ * other wherever they are laid: for them neither the links nor the surfaces of the pile count. And as links of places
+ * alike err together, all other scans decide by their surfaces alone, whatever the probability of a rival. For scans of
+ * a pile that is a part by itself nobody else says where they are: they have one where there are scans of other parts.
+ *
+ * \param[in] piles scans at one place of which most see the same
+ * \return in the order of \p asked; no scan of which a person accepted a link
+ */
+std::vector<int>
+findScansWithRivals(const std::vector<int>& asked,
+                    const PlacedScans& placed,
+                    const EvidenceFunction& evidence,
+                    const Piles& piles,
+                    const Decisions& decisions,
+                    const ChoiceConfig& config,
+                    int threads);
+
+} // namespace pcl_ssfr
