@@ -74,7 +74,7 @@ TEST_F(Storeys, noFloorNoVertical)
   EXPECT_FALSE(findUp(scans, sees_all_around).has_value());
 }
 
-/// What a sensor in a room of 6 x 5 x 3 m sees in the directions that the test allows, in a frame turned by R: a patch
+/// What a sensor in a room of 6 x 5 x 3 m sees in the directions that the test allows, in a frame rotated by R: a patch
 /// for each of many directions, of the area that fills the same solid angle.
 template <typename Test>
 OrientedSamples

@@ -55,7 +55,7 @@ using Piles = std::map<int, std::vector<int>>;
 /** \brief Piles of at least so many scans.
  *
  * Nobody sets up a scanner at one place so often: rooms alike, scanned from the same place, are laid onto one another.
- * Or a sensor stood there for a while, or turned on the spot.
+ * Or a sensor stood there for a while, or rotated on the spot.
  * \param[in] stations places of the sensors of \p members in the map [m]
  * \param[in] within distance of two sensors that are at one place [m]
  * \param[in] pairs of \p members, with their evidence
