@@ -89,7 +89,7 @@ protected:
                                                        evidence,
                                                        piles,
                                                        decisions,
-                                                       ChoiceConfig(),
+                                                       MultiwayOptions(),
                                                        threads);
       EXPECT_TRUE(threads == 1 || now == found);
       found = now;
@@ -189,7 +189,7 @@ TEST_F(RivalPlaces, ofNothingAreNone)
 {
   HypothesisGraph graph;
   graph.first.push_back(0);
-  EXPECT_THAT(findScansWithRivals({}, {Assembly(), {}, graph, {}}, nullptr, {}, {}, ChoiceConfig(), 1), IsEmpty());
+  EXPECT_THAT(findScansWithRivals({}, {Assembly(), {}, graph, {}}, nullptr, {}, {}, MultiwayOptions(), 1), IsEmpty());
 }
 
 } // namespace

@@ -41,7 +41,7 @@ protected:
   }
 
   testing::Scene scene_ = testing::makeFurnishedRoom(3);
-  const ViewpointSearchConfig config_;
+  const ViewpointSearchConfig config_{};
 };
 
 TEST_F(Viewpoint, OfTheSensorIsPlausibleAndOthersAreNot)

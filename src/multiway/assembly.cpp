@@ -5,6 +5,7 @@
 
 #include "common/parallel.h"
 #include "multiway/parts.h"
+#include "multiway/rival_places.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -213,7 +214,7 @@ private:
   double
   scoreOf(const PlacementEvidence& e) const
   {
-    return e.total > 0 ? (e.matched - options_.choice.contradiction_weight * e.contradicted) / e.total : 0;
+    return e.total > 0 ? (e.matched - contradictionWeight(options_) * e.contradicted) / e.total : 0;
   }
 
   bool
@@ -277,7 +278,7 @@ private:
     // Right links may be outvoted by those of places alike: then what all scans of both parts see of each other
     // decides.
     for (const auto& rival : votes.rivals)
-      if (scoreOf(verify(a, b, rival.second)) * options_.choice.rival_gain > scoreOf(e))
+      if (!isClear({1, scoreOf(e)}, {1, scoreOf(verify(a, b, rival.second))}, options_.choice))
         return "another pose of the same parts explains their surfaces nearly as well";
     return "";
   }

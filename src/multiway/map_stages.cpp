@@ -323,8 +323,8 @@ private:
       if (members.size() < 2)
         continue;
       const auto pairs = pairsOf(members);
-      const std::vector<int> hanging = findHanging(
-          members, pairs, evidence_.of(assembly, members, pairs), input_.options.choice.contradiction_weight);
+      const std::vector<int> hanging =
+          findHanging(members, pairs, evidence_.of(assembly, members, pairs), contradictionWeight(input_.options));
       out.insert(out.end(), hanging.begin(), hanging.end());
     }
     return putApart(out,
@@ -346,7 +346,7 @@ private:
                                                      evidenceFunction(),
                                                      piles,
                                                      input_.decisions,
-                                                     input_.options.choice,
+                                                     input_.options,
                                                      threads_);
     placed.misled = alike_.misled(placed.assembly, out);
     return putApart(out,
@@ -397,7 +397,7 @@ private:
     for (std::size_t k = 0; k < pairs.size(); ++k) {
       const PlacementEvidence& e = evidence[k];
       const bool overlaps = e.matched >= input_.options.adjustment.least_matched * e.total &&
-                            e.matched > input_.options.choice.contradiction_weight * e.contradicted;
+                            e.matched > contradictionWeight(input_.options) * e.contradicted;
       if (!overlaps && linked.count(pairs[k]) == 0)
         continue;
       taken.push_back(pairs[k]);

@@ -74,9 +74,6 @@ validate(const MultiwayOptions& options)
   requirePositive("choice.clear_odds", choice.clear_odds);
   requirePositive("choice.score_power", choice.score_power);
   requireShare("choice.lone", choice.lone);
-  requirePositive("choice.contradiction_weight", choice.contradiction_weight);
-  requireOption(
-      choice.rival_gain >= 1 && choice.rival_gain < 100, "choice.rival_gain", choice.rival_gain, "be 1 to 100");
   requireOption(choice.loose >= 1 && choice.loose < 10, "choice.loose", choice.loose, "be 1 or more, less than 10");
   requireShare("alias.same_view", options.alias.same_view);
   requireShare("alias.seen_through", options.alias.seen_through);

@@ -27,8 +27,9 @@ public:
   RivalSearch(const PlacedScans& placed,
               const EvidenceFunction& evidence,
               const Decisions& decisions,
-              const ChoiceConfig& config)
-      : placed_(placed), evidence_(evidence), decisions_(decisions), config_(config)
+              const MultiwayOptions& options)
+      : placed_(placed), evidence_(evidence), decisions_(decisions), config_(options.choice),
+        contradiction_weight_(contradictionWeight(options))
   {}
 
   /// \param[in] members of its part
@@ -118,13 +119,14 @@ private:
     for (const int other : others)
       if (other != scan)
         sum += evidence_(scan, other, pose(other).inverse() * at, config_.loose);
-    return sum.total > 0 ? (sum.matched - config_.contradiction_weight * sum.contradicted) / sum.total : 0;
+    return sum.total > 0 ? (sum.matched - contradiction_weight_ * sum.contradicted) / sum.total : 0;
   }
 
   const PlacedScans& placed_;
   const EvidenceFunction& evidence_;
   const Decisions& decisions_;
   const ChoiceConfig& config_;
+  double contradiction_weight_;
 };
 
 } // namespace
@@ -145,10 +147,10 @@ findScansWithRivals(const std::vector<int>& asked,
                     const EvidenceFunction& evidence,
                     const Piles& piles,
                     const Decisions& decisions,
-                    const ChoiceConfig& config,
+                    const MultiwayOptions& options,
                     int threads)
 {
-  const RivalSearch search(placed, evidence, decisions, config);
+  const RivalSearch search(placed, evidence, decisions, options);
   const auto parts = membersOf(placed.assembly);
   std::vector<char> has_rival(asked.size(), 0);
   forEachInParallel(static_cast<std::int64_t>(asked.size()), 1, threads, [&](std::int64_t index) {

@@ -50,7 +50,7 @@ findScansWithRivals(const std::vector<int>& asked,
                     const EvidenceFunction& evidence,
                     const Piles& piles,
                     const Decisions& decisions,
-                    const ChoiceConfig& config,
+                    const MultiwayOptions& options,
                     int threads);
 
 } // namespace pcl_ssfr

@@ -202,6 +202,12 @@ sightOf(const PreparedScan& scan)
   return sight;
 }
 
+double
+contradictionWeight(const MultiwayOptions& options)
+{
+  return options.registration.patch_profile.judgement.evidence.contradiction_weight;
+}
+
 PlacementEvidence
 evidenceAt(const PreparedScan& source,
            const PreparedScan& target,

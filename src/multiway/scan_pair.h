@@ -84,6 +84,10 @@ struct SightOfScan {
 SightOfScan
 sightOf(const PreparedScan& scan);
 
+/// Of surface in free space over surface that meets, as in the score of a pair.
+double
+contradictionWeight(const MultiwayOptions& options);
+
 /// \param[in] looseness factor on matching distances and margins, >= 1: 1 where poses are exact
 PlacementEvidence
 evidenceAt(const PreparedScan& source,

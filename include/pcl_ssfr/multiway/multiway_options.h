@@ -55,16 +55,13 @@ struct ChoiceConfig {
   /// Odds that a placed scan must have against each rival: of a hundred that are doubtful, one may be wrong. They are
   /// those of the links times those of the surfaces: links of places alike err together, so they never decide alone.
   double clear_odds = 100;
-  double outvoted = 1.5;            ///< belief for a place over that against it, from which on no rival is looked at
-  double rival = 0.2;               ///< probability of a link from which on its pose is compared with the one chosen
-  double rival_rotation = 0.35;     ///< [rad] places are two when they differ by this ...
-  double rival_translation = 1;     ///< [m] ... or by this: less is the same one, found inexactly
-  double lone = 0.95;               ///< probability that a link must have that alone joins two parts
-  double contradiction_weight = 14; ///< of surface in free space, as in the score of a pair
-  double score_power = 9;           ///< of the ratio of two scores that makes odds, by the posterior of a pair
-  /// A pose of two parts explains their surfaces this many times as well as any other that links propose: odds of 20.
-  double rival_gain = 1.4;
-  double loose = 2; ///< factor on matching distances and margins before the poses are exact
+  double outvoted = 1.5;        ///< belief for a place over that against it, from which on no rival is looked at
+  double rival = 0.2;           ///< probability of a link from which on its pose is compared with the one chosen
+  double rival_rotation = 0.35; ///< [rad] places are two when they differ by this ...
+  double rival_translation = 1; ///< [m] ... or by this: less is the same one, found inexactly
+  double lone = 0.95;           ///< probability that a link must have that alone joins two parts
+  double score_power = 9;       ///< of the ratio of two scores that makes odds, by the posterior of a pair
+  double loose = 2;             ///< factor on matching distances and margins before the poses are exact
 };
 
 /// Storeys alike: when a storey of the map may be several, laid onto one another. Lengths [m] are those of buildings.
@@ -84,7 +81,7 @@ struct AliasConfig {
   std::size_t least_level = 3;    ///< scans that make a level
   double off_level = 0.4;         ///< [m] more than two steps of a stair
   double same_view = 0.8;         ///< share of the surface of two scans that meets, from which on they see the same
-  std::size_t same_station = 3;   ///< scans that see the same within ChoiceConfig::rival_translation: rooms alike
+  std::size_t same_station = 3;   ///< scans at one place, from which on rooms may be alike instead
   /// Share of what scans at one place see of each other that they may see through: surfaces hide each other there in
   /// the same way. Five rooms laid onto one another 0.05, three 0.022; of one place none, or people.
   double seen_through = 0.02;
