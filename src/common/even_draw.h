@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstddef>
+#include <vector>
 
 namespace pcl_ssfr {
 
@@ -13,6 +14,19 @@ constexpr std::size_t
 evenlyDrawn(std::size_t k, std::size_t drawn, std::size_t all)
 {
   return (2 * k + 1) * all / (2 * drawn);
+}
+
+/// At most \p most of \p all, evenly drawn in their order.
+template <typename T>
+std::vector<T>
+drawEvenly(std::vector<T> all, std::size_t most)
+{
+  if (all.size() <= most)
+    return all;
+  std::vector<T> drawn;
+  for (std::size_t k = 0; k < most; ++k)
+    drawn.push_back(all[evenlyDrawn(k, most, all.size())]);
+  return drawn;
 }
 
 } // namespace pcl_ssfr

@@ -214,7 +214,7 @@ private:
   double
   scoreOf(const PlacementEvidence& e) const
   {
-    return e.total > 0 ? (e.matched - contradictionWeight(options_) * e.contradicted) / e.total : 0;
+    return pcl_ssfr::scoreOf(e, contradictionWeight(options_));
   }
 
   bool

@@ -63,13 +63,16 @@ public:
       adjustAnew(placed);
     for (std::string& note : alike_.repeatedStations(placed.assembly))
       map_.notes.push_back(std::move(note));
-    const Assembly& assembly = placed.assembly;
-    const HypothesisGraph& graph = placed.graph;
-    const std::vector<std::string>& reasons = placed.reasons;
-    const std::vector<Eigen::Isometry3d>& graph_poses = placed.graph_poses;
-    map_.stages.push_back(clock.lap("adjust", names_.size(), countParts(assembly)));
-    const ChosenMap chosen = {
-        links_, graph, assembly, graph_poses, covariances_, fixedScans(assembly), reasons, places_, input_.decisions};
+    map_.stages.push_back(clock.lap("adjust", names_.size(), countParts(placed.assembly)));
+    const ChosenMap chosen = {links_,
+                              placed.graph,
+                              placed.assembly,
+                              placed.graph_poses,
+                              covariances_,
+                              fixedScans(placed.assembly),
+                              placed.reasons,
+                              places_,
+                              input_.decisions};
     describeMap(chosen, input_, map_);
     map_.graph_error = weight_ > 0 ? std::sqrt(squares_before_ / weight_) : 0;
     map_.bundle_error = weight_ > 0 ? std::sqrt(squares_ / weight_) : 0;
@@ -98,7 +101,7 @@ private:
         links_, placed.graph, places_, evidenceFunction(), input_.decisions, names_, input_.options, join_test);
     report("choose", 2, 3);
     placed.reasons.resize(names_.size());
-    separateHanging(placed.assembly, placed.graph, placed.reasons);
+    separateHanging(placed);
     report("choose", 3, 3);
     return placed;
   }
@@ -125,7 +128,7 @@ private:
     if (separate(alike_.sameStations(placed.assembly, in_doubt),
                  "places here look alike: it would stand where other scans do, and sees the same",
                  placed)) {
-      separateHanging(placed.assembly, placed.graph, placed.reasons);
+      separateHanging(placed);
       adjustAnew(placed);
     }
     if (inDoubt(placed).empty())
@@ -178,12 +181,12 @@ private:
   adjust(Placement& placed)
   {
     adjustAnew(placed);
-    if (separateHanging(placed.assembly, placed.graph, placed.reasons))
+    if (separateHanging(placed))
       adjustAnew(placed);
     std::vector<int> all(names_.size());
     std::iota(all.begin(), all.end(), 0);
     if (separateRivals(all, {}, placed)) {
-      separateHanging(placed.assembly, placed.graph, placed.reasons);
+      separateHanging(placed);
       adjustAnew(placed);
     }
   }
@@ -203,7 +206,7 @@ private:
       map_.notes.push_back(doubt.note);
       out.insert(out.end(), doubt.scans.begin(), doubt.scans.end());
     }
-    return putApart(out, reason, placed.assembly, placed.graph, placed.reasons);
+    return putApart(out, reason, placed);
   }
 
   EvidenceFunction
@@ -287,12 +290,9 @@ private:
    * \return whether there are any
    */
   bool
-  putApart(const std::vector<int>& scans,
-           const char* reason,
-           Assembly& assembly,
-           const HypothesisGraph& graph,
-           std::vector<std::string>& reasons) const
+  putApart(const std::vector<int>& scans, const char* reason, Placement& placed) const
   {
+    Assembly& assembly = placed.assembly;
     bool is_any = false;
     for (const int i : scans) {
       if (isAccepted(i, assembly)) {
@@ -302,13 +302,13 @@ private:
         continue;
       }
       assembly.part[static_cast<std::size_t>(i)] = nextPart(assembly);
-      reasons[static_cast<std::size_t>(i)] = reason;
+      placed.reasons[static_cast<std::size_t>(i)] = reason;
       is_any = true;
     }
     if (!is_any)
       return false;
-    chooseLinks(assembly, links_, graph, places_, input_.options.choice);
-    splitUnconnected(assembly, links_, graph, input_.options.choice);
+    chooseLinks(assembly, links_, placed.graph, places_, input_.options.choice);
+    splitUnconnected(assembly, links_, placed.graph, input_.options.choice);
     return true;
   }
 
@@ -316,22 +316,20 @@ private:
    * others of its part, the worst one first. \return whether any was
    */
   bool
-  separateHanging(Assembly& assembly, const HypothesisGraph& graph, std::vector<std::string>& reasons)
+  separateHanging(Placement& placed)
   {
     std::vector<int> out;
-    for (const auto& [part, members] : membersOf(assembly)) {
+    for (const auto& [part, members] : membersOf(placed.assembly)) {
       if (members.size() < 2)
         continue;
       const auto pairs = pairsOf(members);
-      const std::vector<int> hanging =
-          findHanging(members, pairs, evidence_.of(assembly, members, pairs), contradictionWeight(input_.options));
+      const std::vector<int> hanging = findHanging(
+          members, pairs, evidence_.of(placed.assembly, members, pairs), contradictionWeight(input_.options));
       out.insert(out.end(), hanging.begin(), hanging.end());
     }
     return putApart(out,
                     "where its links put it, its surfaces hang in the free space of other scans, or theirs in its own",
-                    assembly,
-                    graph,
-                    reasons);
+                    placed);
   }
 
   /** \brief Put scans apart, of those asked about, that have a rival.
@@ -349,11 +347,7 @@ private:
                                                      input_.options,
                                                      threads_);
     placed.misled = alike_.misled(placed.assembly, out);
-    return putApart(out,
-                    "another place in the map explains its surfaces nearly as well, or better",
-                    placed.assembly,
-                    placed.graph,
-                    placed.reasons);
+    return putApart(out, "another place in the map explains its surfaces nearly as well, or better", placed);
   }
 
   void
@@ -397,7 +391,7 @@ private:
     for (std::size_t k = 0; k < pairs.size(); ++k) {
       const PlacementEvidence& e = evidence[k];
       const bool overlaps = e.matched >= input_.options.adjustment.least_matched * e.total &&
-                            e.matched > contradictionWeight(input_.options) * e.contradicted;
+                            scoreOf(e, contradictionWeight(input_.options)) > 0;
       if (!overlaps && linked.count(pairs[k]) == 0)
         continue;
       taken.push_back(pairs[k]);

@@ -110,9 +110,7 @@ findHanging(const std::vector<int>& members,
     sums[pairs[k].first] += evidence[k];
     sums[pairs[k].second] += evidence[k];
   }
-  const auto score = [&](const PlacementEvidence& e) {
-    return (e.matched - contradiction_weight * e.contradicted) / std::max(e.total, 1e-9);
-  };
+  const auto score = [&](const PlacementEvidence& e) { return scoreOf(e, contradiction_weight); };
   std::vector<int> hanging;
   while (sums.size() > 1) {
     const auto worst = std::min_element(

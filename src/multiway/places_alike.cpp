@@ -247,8 +247,8 @@ PlacesAlike::sameStations(const Assembly& assembly, const std::set<int>& in_doub
         scansOf(pilesOf(assembly, members, input_.options.choice.rival_translation, SeenInPile::TheSame));
     if (!found.empty())
       doubts.push_back({found,
-                        std::to_string(found.size()) + " scans (with " + name(found.front()) +
-                            ") would stand at one place and see the same, where places look alike: they are kept "
+                        inWords(found) +
+                            " would stand at one place and see the same, where places look alike: they are kept "
                             "apart (approximate --poses or --accept decide)"});
   }
   return doubts;
@@ -276,8 +276,8 @@ PlacesAlike::contradictingStations(const Assembly& assembly) const
     const std::vector<int> found = scansOf(contradicting);
     if (!found.empty())
       doubts.push_back({found,
-                        std::to_string(found.size()) + " scans (with " + name(found.front()) +
-                            ") would stand at one place and contradict each other: rooms that look alike; they are "
+                        inWords(found) +
+                            " would stand at one place and contradict each other: rooms that look alike; they are "
                             "kept apart (approximate --poses or --accept decide)"});
   }
   return doubts;
@@ -310,8 +310,8 @@ PlacesAlike::repeatedStations(const Assembly& assembly) const
     const std::vector<int> found =
         scansOf(pilesOf(assembly, members, input_.options.choice.same_translation, SeenInPile::TheSame));
     if (!found.empty())
-      notes.push_back(std::to_string(found.size()) + " scans (with " + name(found.front()) +
-                      ") stand where others do and see the same: if they were not taken there, places look alike and "
+      notes.push_back(inWords(found) +
+                      " stand where others do and see the same: if they were not taken there, places look alike and "
                       "are laid onto one another (--reject or approximate --poses decide)");
   }
   return notes;
@@ -405,6 +405,12 @@ PlacesAlike::upOf(const Assembly& assembly, const std::vector<int>& members, con
   for (const int i : members)
     sum += assembly.poses[static_cast<std::size_t>(i)].linear() * input_.options.gravity->normalized();
   return sum.norm() > 0 ? std::optional<Eigen::Vector3d>(sum.normalized()) : std::nullopt;
+}
+
+std::string
+PlacesAlike::inWords(const std::vector<int>& scans) const
+{
+  return std::to_string(scans.size()) + " scans (with " + name(scans.front()) + ")";
 }
 
 const std::string&

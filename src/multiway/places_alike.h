@@ -140,6 +140,9 @@ private:
   upOf(const Assembly& assembly, const std::vector<int>& members, const std::vector<StoreyScan>& scans) const;
   const std::string&
   name(int scan) const;
+  /// How many they are, and one of them. \param[in] scans at least one
+  std::string
+  inWords(const std::vector<int>& scans) const;
 
   const MapInput& input_;
   const std::vector<PairLink>& links_;

@@ -119,7 +119,7 @@ private:
     for (const int other : others)
       if (other != scan)
         sum += evidence_(scan, other, pose(other).inverse() * at, config_.loose);
-    return sum.total > 0 ? (sum.matched - contradiction_weight_ * sum.contradicted) / sum.total : 0;
+    return scoreOf(sum, contradiction_weight_);
   }
 
   const PlacedScans& placed_;

@@ -208,6 +208,12 @@ contradictionWeight(const MultiwayOptions& options)
   return options.registration.patch_profile.judgement.evidence.contradiction_weight;
 }
 
+double
+scoreOf(const PlacementEvidence& evidence, double contradiction_weight)
+{
+  return (evidence.matched - contradiction_weight * evidence.contradicted) / std::max(evidence.total, 1e-9);
+}
+
 PlacementEvidence
 evidenceAt(const PreparedScan& source,
            const PreparedScan& target,

@@ -87,6 +87,9 @@ sightOf(const PreparedScan& scan);
 /// Of surface in free space over surface that meets, as in the score of a pair.
 double
 contradictionWeight(const MultiwayOptions& options);
+/// What meets less what contradicts, as a share of all; 0 of nothing.
+double
+scoreOf(const PlacementEvidence& evidence, double contradiction_weight);
 
 /// \param[in] looseness factor on matching distances and margins, >= 1: 1 where poses are exact
 PlacementEvidence

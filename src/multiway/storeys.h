@@ -54,7 +54,10 @@ findStoreyDoubt(const std::vector<StoreyScan>& scans,
 
 /** \brief The scans that are not to be trusted where a storey may be several: those of the storey; of the ways up and
  * down the fewer, as both may be one, or both where they are as many; and those of a way that stand where another one
- * of it does. \param[in] scans of the part \param[in] same_place distance of two sensors that are at one place [m]
+ * of it does.
+ *
+ * \param[in] scans of the part
+ * \param[in] same_place distance of two sensors that are at one place [m]
  * \return ascending
  */
 std::vector<std::size_t>

@@ -171,10 +171,10 @@ drawClutter(const ThinnedCloud& cloud, const PlanarPatches& patches, const Patch
   for (const std::uint32_t i : patches.clutter)
     if (of_cells.empty() || cell(i) != cell(of_cells.back()))
       of_cells.push_back(i);
-  const std::size_t count = std::min(of_cells.size(), static_cast<std::size_t>(most));
-  Eigen::Matrix3Xf drawn(3, static_cast<Eigen::Index>(count));
-  for (std::size_t k = 0; k < count; ++k)
-    drawn.col(static_cast<Eigen::Index>(k)) = cloud.points.col(of_cells[evenlyDrawn(k, count, of_cells.size())]);
+  of_cells = drawEvenly(std::move(of_cells), static_cast<std::size_t>(most));
+  Eigen::Matrix3Xf drawn(3, static_cast<Eigen::Index>(of_cells.size()));
+  for (std::size_t k = 0; k < of_cells.size(); ++k)
+    drawn.col(static_cast<Eigen::Index>(k)) = cloud.points.col(of_cells[k]);
   return drawn;
 }
 

@@ -133,21 +133,8 @@ private:
   int width_;
   double cell_;
   std::vector<float> scores_; ///< of elements that meet, by the shift
-  std::vector<float> points_; ///< that meet, by the shift; empty: no scan has any
+  std::vector<float> points_; ///< that meet, by the shift; empty: the source has none
 };
-
-/// At most \p most of \p all, evenly drawn.
-template <typename Seen>
-std::vector<Seen>
-drawEvenly(std::vector<Seen> all, std::size_t most)
-{
-  if (all.size() <= most)
-    return all;
-  std::vector<Seen> drawn;
-  for (std::size_t k = 0; k < most; ++k)
-    drawn.push_back(all[evenlyDrawn(k, most, all.size())]);
-  return drawn;
-}
 
 /// An element or a point of the source under a rotation about the axis and a rise along it.
 template <typename Seen>
