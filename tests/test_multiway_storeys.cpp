@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <vector>
 
 namespace pcl_ssfr::test_multiway_storeys {
@@ -74,11 +75,17 @@ TEST_F(Storeys, noFloorNoVertical)
   EXPECT_FALSE(findUp(scans, sees_all_around).has_value());
 }
 
-/// What a sensor in a room of 6 x 5 x 3 m sees in the directions that the test allows, in a frame rotated by R: a patch
+/// A room of 6 x 5 x 3 m.
+struct Room {
+  int parts = 1;     ///< patches of one wall for each direction: their number says nothing
+  bool level = true; ///< it has a floor and a ceiling
+};
+
+/// What a sensor in a room sees in the directions that the test allows, in a frame rotated by R: a patch
 /// for each of many directions, of the area that fills the same solid angle.
 template <typename Test>
 OrientedSamples
-seenInRoom(const Vector3d& place, const Eigen::Matrix3d& R, const Test& sees)
+seenInRoom(const Room& room, const Vector3d& place, const Eigen::Matrix3d& R, const Test& sees)
 {
   const Vector3d low(0, 0, 0), high(6, 5, 3);
   constexpr int kDirections = 2000;
@@ -99,8 +106,9 @@ seenInRoom(const Vector3d& place, const Eigen::Matrix3d& R, const Test& sees)
         normal = Vector3d::Unit(axis) * (d[axis] > 0 ? -1 : 1);
       }
     }
-    // What one wall shows is in many small patches: their number says nothing.
-    const int parts = normal.x() < 0 ? 20 : 1;
+    if (!room.level && normal.z() != 0)
+      continue;
+    const int parts = normal.x() < 0 ? room.parts : 1;
     for (int part = 0; part < parts; ++part) {
       points.emplace_back(R * (place + range * d));
       normals.emplace_back(R * normal);
@@ -120,10 +128,10 @@ seenInRoom(const Vector3d& place, const Eigen::Matrix3d& R, const Test& sees)
   return samples;
 }
 
-/// The angle between the vertical that is found for four sensors in that room and the right one [rad]; none found: NaN.
+/// The vertical that is found for four sensors in a room, in its frame.
 template <typename Test>
-double
-verticalError(const Test& sees)
+std::optional<Vector3d>
+verticalOf(const Room& room, const Test& sees)
 {
   const Eigen::Matrix3d R = Eigen::AngleAxisd(1.1, Vector3d(1, 2, -1).normalized()).toRotationMatrix();
   std::vector<OrientedSamples> surfaces;
@@ -131,7 +139,7 @@ verticalError(const Test& sees)
   // At heights of which no two agree, as on stairs: what lies equally far below says nothing.
   const std::vector<Vector3d> places = {{1, 1, 0.4}, {5.5, 4, 0.9}, {3, 0.5, 1.4}, {2, 3, 1.9}};
   for (const Vector3d& place : places)
-    surfaces.push_back(seenInRoom(place, R, sees));
+    surfaces.push_back(seenInRoom(room, place, R, sees));
   for (std::size_t i = 0; i < places.size(); ++i) {
     StoreyScan scan;
     scan.surface = &surfaces[i];
@@ -139,8 +147,23 @@ verticalError(const Test& sees)
     scans.push_back(scan);
   }
   const auto up = findUp(scans, AliasConfig());
-  return up ? std::acos(std::min(1.0, std::abs(up->dot(R * Vector3d::UnitZ()))))
-            : std::numeric_limits<double>::quiet_NaN();
+  return up ? std::optional<Vector3d>(R.transpose() * *up) : std::nullopt;
+}
+
+/// Between two axes [rad].
+double
+angleBetween(const Vector3d& a, const Vector3d& b)
+{
+  return std::acos(std::min(1.0, std::abs(a.dot(b))));
+}
+
+/// The angle between the vertical that is found and the right one [rad]; none found: NaN.
+template <typename Test>
+double
+verticalError(const Test& sees)
+{
+  const auto up = verticalOf(Room(), sees);
+  return up ? angleBetween(*up, Vector3d::UnitZ()) : std::numeric_limits<double>::quiet_NaN();
 }
 
 TEST(Vertical, isTheAxisOfWhatLooksAroundButNotAllTheWayUpAndDown)
@@ -149,6 +172,20 @@ TEST(Vertical, isTheAxisOfWhatLooksAroundButNotAllTheWayUpAndDown)
   EXPECT_LT(verticalError([](const Vector3d& d) { return d.z() > -0.12 && d.z() < 0.79; }), 0.01); // a dome
   EXPECT_TRUE(std::isnan(verticalError([](const Vector3d& d) { return d.z() > -0.88; })));         // no tripod in view
   EXPECT_TRUE(std::isnan(verticalError([](const Vector3d& d) { return d.x() > 0.8; })));           // to the front
+}
+
+TEST(Vertical, isOfWhatIsSeenWhateverTheNumberOfItsPatches)
+{
+  const auto dome = [](const Vector3d& d) { return d.z() > -0.12 && d.z() < 0.79; };
+  Room room;
+  room.level = false; // level surfaces would make it exact
+  const auto up = verticalOf(room, dome);
+  ASSERT_TRUE(up.has_value());
+  EXPECT_LT(angleBetween(*up, Vector3d::UnitZ()), 0.1);
+  room.parts = 20;
+  const auto of_many = verticalOf(room, dome);
+  ASSERT_TRUE(of_many.has_value());
+  EXPECT_LT(angleBetween(*up, *of_many), 0.003);
 }
 
 TEST_F(Storeys, oneLevelIsNoDoubt)
