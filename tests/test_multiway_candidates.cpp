@@ -59,8 +59,8 @@ frame(std::uint64_t seed)
 
 TEST(ScanSignature, isOfTheDistancesBetweenParallelPlanes)
 {
-  const CandidateConfig config;
-  const Eigen::VectorXf signature = signatureOf(votesOfRoom({4, 5.45, 2.5}, frame(1)), 1, config);
+  const MultiwayOptions options;
+  const Eigen::VectorXf signature = signatureOf(votesOfRoom({4, 5.45, 2.5}, frame(1)), 1, options);
   ASSERT_EQ(signature.size(), 121);
   EXPECT_NEAR(signature.squaredNorm(), 1, 1e-5);
   // Within each of six planes 36 pairs at no distance, across each of three distances 81.
@@ -74,22 +74,22 @@ TEST(ScanSignature, isOfTheDistancesBetweenParallelPlanes)
 
 TEST(ScanSignature, isTheSameInAnyFrameAndAtAnyScale)
 {
-  const CandidateConfig config;
+  const MultiwayOptions options;
   const Eigen::Vector3d size(4.02, 5.43, 2.57);
-  const Eigen::VectorXf signature = signatureOf(votesOfRoom(size, Eigen::Isometry3d::Identity()), 1, config);
+  const Eigen::VectorXf signature = signatureOf(votesOfRoom(size, Eigen::Isometry3d::Identity()), 1, options);
   for (const std::uint64_t seed : {1U, 2U, 3U})
-    EXPECT_LT((signatureOf(votesOfRoom(size, frame(seed)), 1, config) - signature).norm(), 0.01F) << seed;
-  EXPECT_LT((signatureOf(votesOfRoom(7 * size, frame(4)), 7, config) - signature).norm(), 0.01F);
+    EXPECT_LT((signatureOf(votesOfRoom(size, frame(seed)), 1, options) - signature).norm(), 0.01F) << seed;
+  EXPECT_LT((signatureOf(votesOfRoom(7 * size, frame(4)), 7, options) - signature).norm(), 0.01F);
 }
 
 TEST(ScanSignature, ofNothingIsZeroAndLikeNothing)
 {
-  const CandidateConfig config;
-  const Eigen::VectorXf nothing = signatureOf({}, 1, config);
+  const MultiwayOptions options;
+  const Eigen::VectorXf nothing = signatureOf({}, 1, options);
   EXPECT_EQ(nothing.size(), 121);
   EXPECT_TRUE(nothing.isZero(0));
-  const Eigen::VectorXf room = signatureOf(votesOfRoom({4, 5, 3}, frame(1)), 1, config);
-  const Eigen::VectorXf far = signatureOf(votesOfRoom({40, 50, 30}, frame(1)), 1, config); // planes out of reach
+  const Eigen::VectorXf room = signatureOf(votesOfRoom({4, 5, 3}, frame(1)), 1, options);
+  const Eigen::VectorXf far = signatureOf(votesOfRoom({40, 50, 30}, frame(1)), 1, options); // planes out of reach
   EXPECT_TRUE(far.allFinite());
   EXPECT_TRUE(ScanLikeness({nothing, nothing}).of(0).isZero(0));
   EXPECT_TRUE(ScanLikeness({nothing, room}).of(1).isZero(0)); // the mean of one is itself
@@ -99,11 +99,11 @@ TEST(ScanSignature, ofNothingIsZeroAndLikeNothing)
 
 TEST(ScanSignature, scansOfOneRoomAreMoreAlikeThanThoseOfTwo)
 {
-  const CandidateConfig config;
+  const MultiwayOptions options;
   std::vector<Eigen::VectorXf> signatures;
   for (const std::uint64_t seed : {1U, 2U, 3U})
     for (const double width : {3.3, 5.2, 6.6}) // all as high
-      signatures.push_back(signatureOf(votesOfRoom({width, width + 1, 2.7}, frame(seed)), 1, config));
+      signatures.push_back(signatureOf(votesOfRoom({width, width + 1, 2.7}, frame(seed)), 1, options));
   const ScanLikeness likeness(signatures);
   for (std::size_t i = 0; i < 9; ++i)
     for (std::size_t k = 0; k < 9; ++k) {
@@ -118,13 +118,13 @@ TEST(ScanSignature, scansOfOneRoomAreMoreAlikeThanThoseOfTwo)
 struct Job {
   std::vector<Eigen::Isometry3d> truth;
   CandidateScans scans;
-  CandidateConfig config;
-  double reach = 4; ///< [m] within which two scans share enough
-  int threads = 1;
+  MultiwayOptions options;
+  double reach = 4;         ///< [m] within which two scans share enough
   std::set<ScanPair> blind; ///< pairs that are not found though they share enough
 
   explicit Job(const std::vector<Eigen::Vector3d>& setups)
   {
+    options.threads = 1;
     const auto n = static_cast<Eigen::Index>(setups.size());
     testing::Random random(5);
     for (Eigen::Index i = 0; i < n; ++i) {
@@ -161,7 +161,7 @@ struct Job {
   bool
   share(int a, int b) const
   {
-    return overlap(distance(a, b)) >= config.least_matched;
+    return overlap(distance(a, b)) >= 2 * options.adjustment.least_matched;
   }
   PairLink
   link(const ScanPair& pair) const
@@ -191,7 +191,7 @@ struct Job {
       EXPECT_LT(a, b);
       return overlap(at.norm());
     };
-    CandidatePairs candidates(scans, overlaps, config, threads);
+    CandidatePairs candidates(scans, overlaps, options);
     std::vector<std::vector<ScanPair>> rounds;
     std::set<ScanPair> all;
     std::vector<PairLink> links;
@@ -240,8 +240,8 @@ struct Job {
 TEST(CandidatePairs, theMostAlikeComeFirst)
 {
   Job job = Job::row(6, 100); // nothing meets
-  job.config.alike = 1;
-  job.config.apart_rounds = 0;
+  job.options.candidates.alike = 1;
+  job.options.candidates.apart = job.options.candidates.apart_of_scan = 0;
   for (std::size_t i = 0; i < 3; ++i)
     job.scans.signatures[i + 3] = job.scans.signatures[i];
   EXPECT_THAT(job.run(), ElementsAre(ElementsAre(ScanPair(0, 3), ScanPair(1, 4), ScanPair(2, 5))));
@@ -250,7 +250,7 @@ TEST(CandidatePairs, theMostAlikeComeFirst)
 TEST(CandidatePairs, neighboursOfNeighboursFollowWhereTheyWouldMeet)
 {
   Job job = Job::row(5, 1.5); // up to two steps meet
-  job.config.alike = 1;
+  job.options.candidates.alike = 1;
   job.scans.wanted = {{0, 1}, {1, 2}, {2, 3}, {3, 4}};
   job.makeNextOnesAlike();
   EXPECT_THAT(job.run(),
@@ -261,7 +261,7 @@ TEST(CandidatePairs, neighboursOfNeighboursFollowWhereTheyWouldMeet)
 TEST(CandidatePairs, everyPairThatMeetsIsFoundInALongRow)
 {
   Job job = Job::row(60, 1);
-  job.config.alike = 2;
+  job.options.candidates.alike = 2;
   job.makeNextOnesAlike();
   const std::set<ScanPair> all = Job::together(job.run());
   std::size_t meet = 0;
@@ -271,9 +271,9 @@ TEST(CandidatePairs, everyPairThatMeetsIsFoundInALongRow)
         ++meet;
         EXPECT_EQ(all.count({i, k}), 1U) << i << " " << k;
       }
-  EXPECT_LE(all.size(), meet + 60U * job.config.alike);
+  EXPECT_LE(all.size(), meet + 60U * job.options.candidates.alike);
   // The same for any number of threads and any order of the links.
-  job.threads = 3;
+  job.options.threads = 3;
   EXPECT_EQ(Job::together(job.run(true)), all);
 }
 
@@ -281,8 +281,8 @@ TEST(CandidatePairs, partnersOfAScanAreBounded)
 {
   Job job = Job::row(40, 0.01); // all meet
   job.makeNextOnesAlike();
-  job.config.alike = 2;
-  job.config.most = 5;
+  job.options.candidates.alike = 2;
+  job.options.candidates.most = 5;
   const auto rounds = job.run();
   std::vector<std::size_t> partners(40, 0);
   for (std::size_t r = 1; r < rounds.size(); ++r)
@@ -301,15 +301,15 @@ TEST(CandidatePairs, aWayAroundIsClosedWhereItsEndsAreNear)
   for (int i = 0; i < 25; ++i)
     setups.emplace_back(10 * std::cos(0.25 * i), 10 * std::sin(0.25 * i), 0);
   Job job(setups);
-  job.config.alike = 1;
+  job.options.candidates.alike = 1;
   job.reach = 4;
   job.makeNextOnesAlike();
-  job.config.apart_rounds = 0;
+  job.options.candidates.apart = job.options.candidates.apart_of_scan = 0;
   for (int i = 0; i < 24; ++i)
     job.scans.wanted.insert({i, i + 1});
   ASSERT_TRUE(job.share(0, 24));
   EXPECT_EQ(Job::together(job.run()).count({0, 24}), 1U);
-  job.config.near = 0;
+  job.options.candidates.near = 0;
   EXPECT_EQ(Job::together(job.run()).count({0, 24}), 0U);
 }
 
@@ -317,13 +317,13 @@ TEST(CandidatePairs, partsThatStayApartAreTriedOnceMore)
 {
   // Two rows of their own, whose only scans that meet are like others first.
   Job job = Job::row(16, 2);
-  job.config.alike = 1;
+  job.options.candidates.alike = 1;
   job.makeNextOnesAlike(7);
   job.scans.signatures[7] += 0.1F * job.scans.signatures[8];
   const std::set<ScanPair> all = Job::together(job.run());
   ASSERT_TRUE(job.share(7, 8));
   EXPECT_EQ(all.count({7, 8}), 1U);
-  job.config.apart_rounds = 0;
+  job.options.candidates.apart = job.options.candidates.apart_of_scan = 0;
   EXPECT_EQ(Job::together(job.run()).count({7, 8}), 0U);
 }
 
@@ -331,7 +331,7 @@ TEST(CandidatePairs, eachScanOfAPartIsTriedWithOthers)
 {
   // Of two rows only the scans at the ends meet; all others are more like many of the other row.
   Job job = Job::row(80, 2);
-  job.config.alike = 1;
+  job.options.candidates.alike = 1;
   job.makeNextOnesAlike(39);
   const std::vector<Eigen::VectorXf> own = job.scans.signatures;
   job.scans.signatures[39] += 0.1F * own[40];
@@ -350,15 +350,15 @@ TEST(CandidatePairs, whatSharesNothingCostsABoundedNumber)
   for (const int n : {20, 80, 200}) {
     const Job job = Job::row(n, 100);
     const auto count = Job::together(job.run()).size();
-    EXPECT_LE(count, static_cast<std::size_t>(n) * (job.config.alike + job.config.apart)) << n;
-    EXPECT_GE(count, static_cast<std::size_t>(n) * job.config.alike / 2) << n;
+    EXPECT_LE(count, static_cast<std::size_t>(n) * (job.options.candidates.alike + job.options.candidates.apart)) << n;
+    EXPECT_GE(count, static_cast<std::size_t>(n) * job.options.candidates.alike / 2) << n;
   }
 }
 
 TEST(CandidatePairs, aMissingLinkIsWalkedAround)
 {
   Job job = Job::row(10, 1);
-  job.config.alike = 2;
+  job.options.candidates.alike = 2;
   job.makeNextOnesAlike();
   job.blind = {{4, 5}};
   const std::set<ScanPair> all = Job::together(job.run());
@@ -369,8 +369,8 @@ TEST(CandidatePairs, aMissingLinkIsWalkedAround)
 TEST(CandidatePairs, withoutABoundAllPairsBetweenPartsAreTried)
 {
   Job job = Job::row(10, 1);
-  job.config.alike = 2;
-  job.config.apart = std::numeric_limits<std::size_t>::max();
+  job.options.candidates.alike = 2;
+  job.options.candidates.apart = std::numeric_limits<std::size_t>::max();
   job.makeNextOnesAlike();
   for (int i = 0; i < 5; ++i)
     for (int k = 5; k < 10; ++k)
@@ -384,9 +384,9 @@ TEST(CandidatePairs, withoutABoundAllPairsBetweenPartsAreTried)
 TEST(CandidatePairs, knownPosesAndAPersonsWishCount)
 {
   Job job = Job::row(30, 100);
-  job.config.alike = 1;
-  job.config.near = 1;
-  job.config.apart_rounds = 0;
+  job.options.candidates.alike = 1;
+  job.options.candidates.near = 1;
+  job.options.candidates.apart = job.options.candidates.apart_of_scan = 0;
   job.scans.wanted = {{2, 29}};
   for (const int i : {3, 17})
     job.scans.T_map_scan[static_cast<std::size_t>(i)] = Eigen::Isometry3d::Identity();

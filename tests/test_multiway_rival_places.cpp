@@ -18,33 +18,33 @@ using ::testing::IsEmpty;
 
 TEST(ClearOdds, areThoseOfLinksTimesThoseOfSurfaces)
 {
-  ChoiceConfig config; // odds of 100, the ninth power of the scores
+  MultiwayOptions options; // odds of 100, the ninth power of the scores
   // By links alone: a hundred times the belief of the rival at equal scores.
-  EXPECT_TRUE(isClear({50.1, 0.3}, {0.5, 0.3}, config));
-  EXPECT_FALSE(isClear({49.9, 0.3}, {0.5, 0.3}, config));
+  EXPECT_TRUE(isClear({50.1, 0.3}, {0.5, 0.3}, options));
+  EXPECT_FALSE(isClear({49.9, 0.3}, {0.5, 0.3}, options));
   // By surfaces: 1.67^9 = 101 at equal beliefs, 1.66^9 = 96.
-  EXPECT_TRUE(isClear({1, 1.67 * 0.2}, {1, 0.2}, config));
-  EXPECT_FALSE(isClear({1, 1.66 * 0.2}, {1, 0.2}, config));
+  EXPECT_TRUE(isClear({1, 1.67 * 0.2}, {1, 0.2}, options));
+  EXPECT_FALSE(isClear({1, 1.66 * 0.2}, {1, 0.2}, options));
   // Both: 1.3^9 = 10.6, so ten times the belief is enough and nine times is not.
-  EXPECT_TRUE(isClear({10, 0.26}, {1, 0.2}, config));
-  EXPECT_FALSE(isClear({9, 0.26}, {1, 0.2}, config));
-  config.clear_odds = 10;
-  EXPECT_TRUE(isClear({1, 0.26}, {1, 0.2}, config));
+  EXPECT_TRUE(isClear({10, 0.26}, {1, 0.2}, options));
+  EXPECT_FALSE(isClear({9, 0.26}, {1, 0.2}, options));
+  options.choice.clear_odds = 10;
+  EXPECT_TRUE(isClear({1, 0.26}, {1, 0.2}, options));
 }
 
 TEST(ClearOdds, aRivalThatScoresMoreCompetesWhateverTheLinksSay)
 {
-  const ChoiceConfig config;
-  EXPECT_FALSE(isClear({1e9, 0.2}, {1e-9, 0.21}, config));
-  EXPECT_FALSE(isClear({1e9, -0.2}, {1e-9, -0.1}, config)); // both hang in free space
+  const MultiwayOptions options;
+  EXPECT_FALSE(isClear({1e9, 0.2}, {1e-9, 0.21}, options));
+  EXPECT_FALSE(isClear({1e9, -0.2}, {1e-9, -0.1}, options)); // both hang in free space
 }
 
 TEST(ClearOdds, aRivalWhoseSurfacesHangIsNone)
 {
-  const ChoiceConfig config;
-  EXPECT_TRUE(isClear({0, 0.1}, {5, 0}, config));
-  EXPECT_TRUE(isClear({0, 0.1}, {5, -1}, config));
-  EXPECT_FALSE(isClear({0, 0.1}, {5, 0.01}, config)); // no link says so, and the surfaces do not make up for it
+  const MultiwayOptions options;
+  EXPECT_TRUE(isClear({0, 0.1}, {5, 0}, options));
+  EXPECT_TRUE(isClear({0, 0.1}, {5, -1}, options));
+  EXPECT_FALSE(isClear({0, 0.1}, {5, 0.01}, options)); // no link says so, and the surfaces do not make up for it
 }
 
 /// Five scans that are placed as they are; scan 4 may stand elsewhere. What the others see of it decides.
@@ -190,6 +190,17 @@ TEST_F(RivalPlaces, ofNothingAreNone)
   HypothesisGraph graph;
   graph.first.push_back(0);
   EXPECT_THAT(findScansWithRivals({}, {Assembly(), {}, graph, {}}, nullptr, {}, {}, MultiwayOptions(), 1), IsEmpty());
+}
+
+TEST(ScansOfMisledParts, areThoseWithRivalsWhereTheyAreHalfOfAPart)
+{
+  EXPECT_THAT(scansOfMisledParts({{1, 3, 5, 7}}, {7, 3}), ElementsAre(3, 7));
+  EXPECT_THAT(scansOfMisledParts({{1, 3, 5, 7, 9}}, {7, 3}), IsEmpty());
+  // Each part by itself: the first has three of four, the second one of three, the third none.
+  EXPECT_THAT(scansOfMisledParts({{4, 6, 8, 9}, {0, 1, 2}, {3, 5}}, {9, 8, 2, 4}), ElementsAre(4, 8, 9));
+  EXPECT_THAT(scansOfMisledParts({{0, 1}}, {}), IsEmpty());
+  EXPECT_THAT(scansOfMisledParts({{0, 1}}, {2}), IsEmpty()); // of a part that is decided
+  EXPECT_THAT(scansOfMisledParts({}, {0, 1}), IsEmpty());
 }
 
 } // namespace

@@ -52,7 +52,7 @@ protected:
   std::optional<StoreyDoubt>
   doubtOf(const std::vector<double>& heights, bool others = false)
   {
-    return findStoreyDoubt(scansAt(heights), Eigen::Vector3d::UnitZ(), others, AliasConfig());
+    return findStoreyDoubt(scansAt(heights), Eigen::Vector3d::UnitZ(), others, 0.4, AliasConfig());
   }
 
   std::vector<OrientedSamples> surfaces_;
@@ -213,6 +213,22 @@ TEST_F(Storeys, stairsOneWayAreADoubtWhenScansStandApart)
   EXPECT_THAT(doubt->below, IsEmpty());
 }
 
+TEST_F(Storeys, landingsOfStoreysLaidOntoOneAnotherAreNoLevels)
+{
+  // Four storeys in one: three flights of stairs on one another, so three scans at the height of each landing.
+  std::vector<StoreyScan> scans = scansAt({1.2, 1.2, 1.2, 1.2, 2.1, 2.1, 2.1, 0.3, 0.3, 0.3});
+  EXPECT_FALSE(findStoreyDoubt(scans, Vector3d::UnitZ(), false, 0.4, AliasConfig()).has_value()); // two more levels
+  for (const std::size_t first : {4U, 7U}) {
+    scans[first + 1].place = scans[first].place + Vector3d(0.1, 0, 0.02);
+    scans[first + 2].place = scans[first].place + Vector3d(-0.1, 0.1, 0);
+  }
+  const auto doubt = findStoreyDoubt(scans, Vector3d::UnitZ(), false, 0.4, AliasConfig());
+  ASSERT_TRUE(doubt.has_value());
+  EXPECT_THAT(doubt->level, ElementsAre(0, 1, 2, 3));
+  EXPECT_THAT(doubt->above, ElementsAre(4, 5, 6));
+  EXPECT_THAT(doubt->below, ElementsAre(7, 8, 9));
+}
+
 TEST_F(Storeys, stairsBetweenTwoLevelsAreNone)
 {
   EXPECT_FALSE(doubtOf({1.2, 1.2, 1.2, 2.1, 2.95, 4.1, 4.7, 4.7, 4.7}).has_value());
@@ -248,7 +264,7 @@ TEST(ScansInDoubt, areTheStoreyTheFewerOfTheWaysAndThoseAtOnePlace)
 
 TEST_F(Storeys, noScansNoDoubt)
 {
-  EXPECT_FALSE(findStoreyDoubt({}, Eigen::Vector3d::UnitZ(), true, AliasConfig()).has_value());
+  EXPECT_FALSE(findStoreyDoubt({}, Eigen::Vector3d::UnitZ(), true, 0.4, AliasConfig()).has_value());
   EXPECT_FALSE(findUp({}, AliasConfig()).has_value());
 }
 

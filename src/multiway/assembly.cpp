@@ -23,8 +23,7 @@ constexpr double kLeastLoops[] = {3, 1.5, 0.5};
 constexpr std::size_t kRivals = 5;   // that are compared
 constexpr double kOutnumbered = 0.3; // share of the belief against a join that is for it, at least
 
-/// What is added to the false links that were seen: a small job has seen few links.
-constexpr double kFalseBefore = 0.25;
+/// Links that are added to those that were seen, one in ChoiceConfig::clear_odds of them false: a small job has few.
 constexpr double kLinksBefore = 25;
 
 /// The links between two parts, at a pose between them.
@@ -278,7 +277,7 @@ private:
     // Right links may be outvoted by those of places alike: then what all scans of both parts see of each other
     // decides.
     for (const auto& rival : votes.rivals)
-      if (!isClear({1, scoreOf(e)}, {1, scoreOf(verify(a, b, rival.second))}, options_.choice))
+      if (!isClear({1, scoreOf(e)}, {1, scoreOf(verify(a, b, rival.second))}, options_))
         return "another pose of the same parts explains their surfaces nearly as well";
     return "";
   }
@@ -372,7 +371,7 @@ private:
            ? right
            : wrong) += 1;
     }
-    return (wrong + kFalseBefore) / (right + wrong + kLinksBefore);
+    return (wrong + kLinksBefore / options_.choice.clear_odds) / (right + wrong + kLinksBefore);
   }
 
   const std::vector<PairLink>& links_;

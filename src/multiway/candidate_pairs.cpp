@@ -42,12 +42,11 @@ isLikely(const PairLink& link, double least)
 
 } // namespace
 
-CandidatePairs::CandidatePairs(CandidateScans scans,
-                               OverlapFunction overlap,
-                               const CandidateConfig& config,
-                               int threads)
-    : scans_(std::move(scans)), overlap_(std::move(overlap)), config_(config), threads_(threads),
-      likeness_(scans_.signatures), partners_(scans_.usable.size(), 0)
+CandidatePairs::CandidatePairs(CandidateScans scans, OverlapFunction overlap, const MultiwayOptions& options)
+    : scans_(std::move(scans)), overlap_(std::move(overlap)), config_(options.candidates), likely_(options.choice.sure),
+      sure_(options.choice.lone),
+      least_matched_(2 * options.adjustment.least_matched), // found inexactly, most meet in less
+      threads_(static_cast<int>(options.threads)), likeness_(scans_.signatures), partners_(scans_.usable.size(), 0)
 {}
 
 std::vector<ScanPair>
@@ -121,7 +120,7 @@ CandidatePairs::neighboursOfNeighbours(const Links& links)
 {
   std::vector<std::vector<Way>> ways(scans_.usable.size());
   for (const PairLink& link : links) {
-    if (!isLikely(link, config_.related))
+    if (!isLikely(link, likely_))
       continue;
     const Eigen::Isometry3d& T = link.hypotheses.front().T_target_source;
     const bool is_new = seen_.insert({link.source, link.target}).second;
@@ -169,7 +168,7 @@ CandidatePairs::worthIt(const Proposals& proposals)
     const ScanPair& pair = all[k]->first;
     std::size_t& of_source = partners_[static_cast<std::size_t>(pair.first)];
     std::size_t& of_target = partners_[static_cast<std::size_t>(pair.second)];
-    if (meets[k] < config_.least_matched || of_source >= config_.most || of_target >= config_.most)
+    if (meets[k] < least_matched_ || of_source >= config_.most || of_target >= config_.most)
       continue;
     ++of_source;
     ++of_target;
@@ -215,7 +214,7 @@ CandidatePairs::partsOf(const Links& links) const
   // A spanning forest of the heaviest sure links, as Kruskal makes it: the smaller part moves into the larger one.
   std::vector<const PairLink*> sure;
   for (const PairLink& link : links)
-    if (isLikely(link, config_.sure))
+    if (isLikely(link, sure_))
       sure.push_back(&link);
   std::sort(sure.begin(), sure.end(), [](const PairLink* a, const PairLink* b) {
     const double weight_a = weightOf(*a), weight_b = weightOf(*b);
@@ -267,10 +266,9 @@ CandidatePairs::betweenParts(const Links& links)
 {
   std::set<ScanPair> pairs;
   const std::vector<Part> parts = partsOf(links);
-  if (parts.size() < 2 || parts.size() == parts_ || apart_rounds_ >= config_.apart_rounds)
+  if (parts.size() < 2 || parts.size() == parts_)
     return pairs;
   parts_ = parts.size();
-  ++apart_rounds_;
   std::vector<std::size_t> part(scans_.usable.size());
   for (std::size_t p = 0; p < parts.size(); ++p)
     for (const int scan : parts[p].scans)

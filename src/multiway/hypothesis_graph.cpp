@@ -17,8 +17,7 @@ namespace {
 constexpr int kPriorRounds = 30;
 constexpr double kPriorPairs = 5; // pairs of the fitted share that are counted to those of a small job
 constexpr int kLoopRounds = 4;
-constexpr double kNegligible = 0.02; // belief of a hypothesis below which its loops are not looked at
-constexpr double kSmallest = 1e-6;   // probability that is still distinguished from none
+constexpr double kSmallest = 1e-6; // probability that is still distinguished from none
 
 bool
 isRejected(const Decisions& decisions, const PairLink& link)
@@ -57,8 +56,9 @@ estimateShare(const std::vector<double>& probabilities_of_none, double fitted_sh
 /// Hypotheses of a pair as seen from one scan to the other.
 class Directed {
 public:
-  Directed(const std::vector<PairLink>& links, const HypothesisGraph& graph, std::size_t scans)
-      : links_(links), graph_(graph), partners_(scans)
+  /// \param[in] least_belief of a hypothesis below which its loops are not looked at
+  Directed(const std::vector<PairLink>& links, const HypothesisGraph& graph, std::size_t scans, double least_belief)
+      : links_(links), graph_(graph), least_belief_(least_belief), partners_(scans)
   {
     for (std::size_t k = 0; k < links.size(); ++k) {
       const auto i = static_cast<std::size_t>(links[k].source);
@@ -102,13 +102,14 @@ public:
   forEach(std::size_t link, const Visit& visit) const
   {
     for (std::size_t h = graph_.first[link]; h < graph_.first[link + 1]; ++h)
-      if (graph_.hypotheses[h].belief >= kNegligible)
+      if (graph_.hypotheses[h].belief >= least_belief_)
         visit(graph_.hypotheses[h]);
   }
 
 private:
   const std::vector<PairLink>& links_;
   const HypothesisGraph& graph_;
+  double least_belief_;
   std::vector<std::vector<std::pair<std::size_t, std::size_t>>> partners_; ///< of each scan: the other one, their link
 };
 
@@ -159,7 +160,8 @@ areDistinct(const Eigen::Isometry3d& a,
             const Eigen::Vector3d& place,
             const ChoiceConfig& config)
 {
-  return translationBetween(a, b, place) > config.rival_translation || rotationBetween(a, b) > config.rival_rotation;
+  return translationBetween(a, b, place) > config.loose * config.same_translation ||
+         rotationBetween(a, b) > config.loose * config.same_rotation;
 }
 
 HypothesisGraph
@@ -206,7 +208,7 @@ weighHypotheses(const std::vector<PairLink>& links,
 
   const auto threads = static_cast<int>(options.threads);
   for (int round = 0; round < kLoopRounds; ++round) {
-    const Directed directed(links, graph, places.size());
+    const Directed directed(links, graph, places.size(), options.link.least_probability);
     std::vector<std::vector<double>> loops(links.size());
     forEachInParallel(static_cast<std::int64_t>(links.size()), 16, threads, [&](std::int64_t k) {
       const auto link = static_cast<std::size_t>(k);

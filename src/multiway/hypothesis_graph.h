@@ -39,7 +39,7 @@ struct HypothesisGraph {
 bool
 agree(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b, const Eigen::Vector3d& place, const ChoiceConfig& config);
 
-/// Whether two poses of a pair are two places, not one that was found inexactly.
+/// Whether two poses of a pair are two places, not one that was found inexactly: they do not agree even loosely.
 bool
 areDistinct(const Eigen::Isometry3d& a,
             const Eigen::Isometry3d& b,

@@ -45,15 +45,11 @@ validate(const MultiwayOptions& options)
                 "be positive and at most pi");
   const CandidateConfig& candidates = options.candidates;
   requireOption(candidates.alike >= 1, "candidates.alike", static_cast<double>(candidates.alike), "be 1 or more");
-  requireShare("candidates.related", candidates.related);
-  requireShare("candidates.sure", candidates.sure);
-  requireShare("candidates.least_matched", candidates.least_matched);
-  requireShare("candidates.parallel", candidates.parallel);
-  requirePositive("candidates.bin", candidates.bin);
-  requireOption(candidates.reach >= candidates.bin && candidates.reach <= 1e4 * candidates.bin,
+  const double bin = options.registration.patch_profile.search.bin_width;
+  requireOption(candidates.reach >= bin && candidates.reach <= 1e4 * bin,
                 "candidates.reach",
                 candidates.reach,
-                "be 1 to 10000 times candidates.bin");
+                "be 1 to 10000 times the width of a bin");
   const LinkConfig& link = options.link;
   requireOption(link.hypotheses >= 1 && link.hypotheses <= 10,
                 "link.hypotheses",
@@ -68,23 +64,16 @@ validate(const MultiwayOptions& options)
   requirePositive("choice.loop_bound", choice.loop_bound);
   requireShare("choice.sure", choice.sure);
   requireShare("choice.rival", choice.rival);
-  requirePositive("choice.rival_rotation", choice.rival_rotation);
-  requirePositive("choice.rival_translation", choice.rival_translation);
   requirePositive("choice.outvoted", choice.outvoted);
   requirePositive("choice.clear_odds", choice.clear_odds);
-  requirePositive("choice.score_power", choice.score_power);
   requireShare("choice.lone", choice.lone);
   requireOption(choice.loose >= 1 && choice.loose < 10, "choice.loose", choice.loose, "be 1 or more, less than 10");
   requireShare("alias.same_view", options.alias.same_view);
   requireShare("alias.seen_through", options.alias.seen_through);
-  requireOption(options.alias.same_station >= 2,
-                "alias.same_station",
-                static_cast<double>(options.alias.same_station),
+  requireOption(options.alias.least_scans >= 2,
+                "alias.least_scans",
+                static_cast<double>(options.alias.least_scans),
                 "be 2 or more");
-  requireOption(options.alias.least_level >= 1,
-                "alias.least_level",
-                static_cast<double>(options.alias.least_level),
-                "be 1 or more");
   const RivalGroupsConfig& groups = options.rival_groups;
   requireShare("rival_groups.least_matched", groups.least_matched);
   requireShare("rival_groups.contradicted", groups.contradicted);

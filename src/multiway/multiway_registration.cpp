@@ -263,12 +263,12 @@ MultiwayRegistration::State::candidates(const std::set<ScanPair>& wanted) const
   // One for all: their lengths are compared.
   std::nth_element(scales.begin(), scales.begin() + static_cast<std::ptrdiff_t>(scales.size() / 2), scales.end());
   const double scale = scales[scales.size() / 2];
-  known.signatures.resize(scans.size(), signatureOf({}, scale, options.candidates));
+  known.signatures.resize(scans.size(), signatureOf({}, scale, options));
   const auto threads = static_cast<int>(options.threads);
   forEachInParallel(static_cast<std::int64_t>(scans.size()), 1, threads, [&](std::int64_t index) {
     const auto i = static_cast<std::size_t>(index);
     if (known.usable[i])
-      known.signatures[i] = signatureOf(votesOf(prepared[i]), scale, options.candidates);
+      known.signatures[i] = signatureOf(votesOf(prepared[i]), scale, options);
   });
   const auto overlap = [this](int source, int target, const Eigen::Isometry3d& T_target_source) {
     const PlacementEvidence evidence = evidenceAt(prepared[static_cast<std::size_t>(source)],
@@ -278,7 +278,7 @@ MultiwayRegistration::State::candidates(const std::set<ScanPair>& wanted) const
                                                   options.choice.loose);
     return evidence.total > 0 ? evidence.matched / evidence.total : 0;
   };
-  return CandidatePairs(std::move(known), overlap, options.candidates, threads);
+  return CandidatePairs(std::move(known), overlap, options);
 }
 
 bool

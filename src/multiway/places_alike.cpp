@@ -5,12 +5,12 @@
 
 #include "common/parallel.h"
 #include "multiway/parts.h"
+#include "multiway/rival_places.h"
 #include "multiway/scan_pair.h"
 #include "profiles/prepared_data.h"
 
 #include <algorithm>
 #include <cstdint>
-#include <iterator>
 #include <utility>
 #include <variant>
 
@@ -204,17 +204,9 @@ PlacesAlike::refuted(const Assembly& assembly, const HypothesisGraph& graph) con
 std::vector<int>
 PlacesAlike::misled(const Assembly& assembly, const std::vector<int>& with_rivals) const
 {
-  std::vector<int> scans;
   if (!input_.options.alias.check)
-    return scans;
-  const std::set<int> all(with_rivals.begin(), with_rivals.end());
-  for (const std::vector<int>& members : undecidedParts(assembly, 2)) {
-    std::vector<int> found;
-    std::copy_if(members.begin(), members.end(), std::back_inserter(found), [&](int i) { return all.count(i) > 0; });
-    if (!found.empty() && 2 * found.size() >= members.size())
-      scans.insert(scans.end(), found.begin(), found.end());
-  }
-  return scans;
+    return {};
+  return scansOfMisledParts(undecidedParts(assembly, 2), with_rivals);
 }
 
 std::vector<Doubt>
@@ -243,8 +235,9 @@ PlacesAlike::sameStations(const Assembly& assembly, const std::set<int>& in_doub
   for (const std::vector<int>& members : undecidedParts(assembly, 1)) {
     if (std::none_of(members.begin(), members.end(), [&](int i) { return in_doubt.count(i) > 0; }))
       continue;
+    const ChoiceConfig& choice = input_.options.choice;
     const std::vector<int> found =
-        scansOf(pilesOf(assembly, members, input_.options.choice.rival_translation, SeenInPile::TheSame));
+        scansOf(pilesOf(assembly, members, choice.loose * choice.same_translation, SeenInPile::TheSame));
     if (!found.empty())
       doubts.push_back({found,
                         inWords(found) +
@@ -261,7 +254,7 @@ PlacesAlike::contradictingStations(const Assembly& assembly) const
   if (!input_.options.alias.check)
     return doubts;
   const AliasConfig& config = input_.options.alias;
-  for (const std::vector<int>& members : undecidedParts(assembly, config.same_station)) {
+  for (const std::vector<int>& members : undecidedParts(assembly, config.least_scans)) {
     Piles piles = pilesOf(assembly, members, input_.options.choice.same_translation, SeenInPile::Anything);
     const auto pairs = pairsOf(members);
     const std::vector<PlacementEvidence>& evidence = evidence_.of(assembly, members, pairs);
@@ -290,7 +283,7 @@ PlacesAlike::piles(const Assembly& assembly) const
   if (!input_.options.alias.check)
     return piles;
   const double within = input_.options.choice.same_translation;
-  for (const std::vector<int>& members : undecidedParts(assembly, input_.options.alias.same_station)) {
+  for (const std::vector<int>& members : undecidedParts(assembly, input_.options.alias.least_scans)) {
     const Piles there = pilesOf(assembly, members, within, SeenInPile::Anything);
     for (const auto& [i, alike] : pilesOf(assembly, members, within, SeenInPile::TheSame))
       for (const int j : there.at(i))
@@ -334,7 +327,7 @@ PlacesAlike::pilesOf(const Assembly& assembly, const std::vector<int>& members, 
                    pairs,
                    evidence_.of(assembly, members, pairs),
                    counts,
-                   input_.options.alias.same_station);
+                   input_.options.alias.least_scans);
 }
 
 std::vector<Doubt>
@@ -358,8 +351,9 @@ PlacesAlike::storeys(const Assembly& assembly) const
       scans.push_back(storey);
     }
     const std::optional<Eigen::Vector3d> up = upOf(assembly, members, scans);
+    const double same_place = input_.options.choice.same_translation;
     const std::optional<StoreyDoubt> found =
-        up ? findStoreyDoubt(scans, *up, members.size() < usable, input_.options.alias) : std::nullopt;
+        up ? findStoreyDoubt(scans, *up, members.size() < usable, same_place, input_.options.alias) : std::nullopt;
     if (!found)
       continue;
     Doubt doubt;
@@ -367,7 +361,7 @@ PlacesAlike::storeys(const Assembly& assembly) const
         "a storey of " + std::to_string(found->level.size()) +
         " scans may be several that look alike, laid onto one another: stairs lead from it to no other level, and no "
         "scan distinguishes the storeys; its scans are kept apart (approximate --poses or --accept decide)";
-    for (const std::size_t k : scansInDoubt(scans, *found, input_.options.choice.same_translation))
+    for (const std::size_t k : scansInDoubt(scans, *found, same_place))
       doubt.scans.push_back(members[k]);
     doubts.push_back(std::move(doubt));
   }

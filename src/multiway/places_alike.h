@@ -78,7 +78,7 @@ public:
   std::vector<int>
   refuted(const Assembly& assembly, const HypothesisGraph& graph) const;
 
-  /// The scans with rivals of parts half of which, or more, have them: then the part was put together wrongly.
+  /// The scans of parts that were put together wrongly: scansOfMisledParts().
   /// \param[in] with_rivals findScansWithRivals()
   std::vector<int>
   misled(const Assembly& assembly, const std::vector<int>& with_rivals) const;
@@ -126,7 +126,7 @@ private:
   excludedBy(const std::set<int>& in_doubt, const Test& is_out) const;
   /// What the scans of a pile see of each other's surfaces.
   enum class SeenInPile { TheSame, Anything };
-  /// Of AliasConfig::same_station scans and more.
+  /// Of AliasConfig::least_scans scans and more.
   Piles
   pilesOf(const Assembly& assembly, const std::vector<int>& members, double within, SeenInPile seen) const;
   PlacementEvidence

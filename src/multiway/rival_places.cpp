@@ -9,6 +9,8 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
+#include <set>
 #include <utility>
 
 namespace pcl_ssfr {
@@ -28,8 +30,7 @@ public:
               const EvidenceFunction& evidence,
               const Decisions& decisions,
               const MultiwayOptions& options)
-      : placed_(placed), evidence_(evidence), decisions_(decisions), config_(options.choice),
-        contradiction_weight_(contradictionWeight(options))
+      : placed_(placed), evidence_(evidence), decisions_(decisions), options_(options)
   {}
 
   /// \param[in] members of its part
@@ -49,7 +50,7 @@ public:
     const bool by_surfaces = !pile.empty();
     const PlaceOdds here{by_surfaces ? 1 : places.agree, scoreAt(scan, members, pose(scan))};
     return std::any_of(places.rivals.begin(), places.rivals.end(), [&](const auto& rival) {
-      return !isClear(here, {by_surfaces ? 1 : rival.first, scoreAt(scan, members, rival.second)}, config_);
+      return !isClear(here, {by_surfaces ? 1 : rival.first, scoreAt(scan, members, rival.second)}, options_);
     });
   }
 
@@ -80,9 +81,9 @@ private:
         const WeighedHypothesis& w = placed_.graph.hypotheses[h];
         const Eigen::Isometry3d& T = link.hypotheses[w.rank].T_target_source;
         const Eigen::Isometry3d proposed = pose(other) * (link.source == scan ? T : T.inverse());
-        if (!areDistinct(pose(scan), proposed, place, config_))
+        if (!areDistinct(pose(scan), proposed, place, options_.choice))
           found.agree += w.belief;
-        else if (pile.empty() ? w.prior >= config_.rival : w.prior > 0)
+        else if (pile.empty() ? w.prior >= options_.choice.rival : w.prior > 0)
           addRival(found, w.prior, proposed, place);
       }
     }
@@ -103,7 +104,7 @@ private:
   addRival(ProposedPlaces& found, double prior, const Eigen::Isometry3d& proposed, const Eigen::Vector3d& place) const
   {
     const auto same = std::find_if(found.rivals.begin(), found.rivals.end(), [&](const auto& rival) {
-      return !areDistinct(rival.second, proposed, place, config_);
+      return !areDistinct(rival.second, proposed, place, options_.choice);
     });
     if (same != found.rivals.end())
       same->first += prior;
@@ -118,27 +119,27 @@ private:
     PlacementEvidence sum;
     for (const int other : others)
       if (other != scan)
-        sum += evidence_(scan, other, pose(other).inverse() * at, config_.loose);
-    return scoreOf(sum, contradiction_weight_);
+        sum += evidence_(scan, other, pose(other).inverse() * at, options_.choice.loose);
+    return scoreOf(sum, contradictionWeight(options_));
   }
 
   const PlacedScans& placed_;
   const EvidenceFunction& evidence_;
   const Decisions& decisions_;
-  const ChoiceConfig& config_;
-  double contradiction_weight_;
+  const MultiwayOptions& options_;
 };
 
 } // namespace
 
 bool
-isClear(const PlaceOdds& chosen, const PlaceOdds& rival, const ChoiceConfig& config)
+isClear(const PlaceOdds& chosen, const PlaceOdds& rival, const MultiwayOptions& options)
 {
   if (rival.score > chosen.score)
     return false;
   if (!(rival.score > 0))
     return true;
-  return chosen.belief * std::pow(chosen.score / rival.score, config.score_power) >= config.clear_odds * rival.belief;
+  const double lead = options.registration.patch_profile.judgement.posterior.lead;
+  return chosen.belief * std::pow(chosen.score / rival.score, lead) >= options.choice.clear_odds * rival.belief;
 }
 
 std::vector<int>
@@ -165,6 +166,20 @@ findScansWithRivals(const std::vector<int>& asked,
     if (has_rival[k])
       found.push_back(asked[k]);
   return found;
+}
+
+std::vector<int>
+scansOfMisledParts(const std::vector<std::vector<int>>& parts, const std::vector<int>& with_rivals)
+{
+  const std::set<int> all(with_rivals.begin(), with_rivals.end());
+  std::vector<int> scans;
+  for (const std::vector<int>& members : parts) {
+    std::vector<int> found;
+    std::copy_if(members.begin(), members.end(), std::back_inserter(found), [&](int i) { return all.count(i) > 0; });
+    if (2 * found.size() >= members.size())
+      scans.insert(scans.end(), found.begin(), found.end());
+  }
+  return scans;
 }
 
 } // namespace pcl_ssfr

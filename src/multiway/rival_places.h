@@ -18,11 +18,11 @@ struct PlaceOdds {
   double score = 0;
 };
 /** \brief Whether the odds for the place chosen against a rival are enough (ChoiceConfig::clear_odds): those of the
- * links times those of the surfaces. A rival whose score is not positive is none; one with the higher score always
- * competes.
+ * links times those of the surfaces, by the posterior of a pair (PosteriorConfig::lead). A rival whose score is not
+ * positive is none; one with the higher score always competes.
  */
 bool
-isClear(const PlaceOdds& chosen, const PlaceOdds& rival, const ChoiceConfig& config);
+isClear(const PlaceOdds& chosen, const PlaceOdds& rival, const MultiwayOptions& options);
 
 /// Scans put together, and what that was made of.
 struct PlacedScans {
@@ -52,5 +52,14 @@ findScansWithRivals(const std::vector<int>& asked,
                     const Decisions& decisions,
                     const MultiwayOptions& options,
                     int threads);
+
+/** \brief The scans with rivals of parts half of which, or more, have them: such a part was put together wrongly, and
+ * not only a scan of it.
+ * \param[in] parts members of each
+ * \param[in] with_rivals findScansWithRivals(), in any order
+ * \return those of the first part first, in the order of its members
+ */
+std::vector<int>
+scansOfMisledParts(const std::vector<std::vector<int>>& parts, const std::vector<int>& with_rivals);
 
 } // namespace pcl_ssfr

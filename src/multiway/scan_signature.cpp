@@ -8,11 +8,12 @@
 namespace pcl_ssfr {
 
 Eigen::VectorXf
-signatureOf(const VotingSamples& votes, double scale, const CandidateConfig& config)
+signatureOf(const VotingSamples& votes, double scale, const MultiwayOptions& options)
 {
-  const auto bins = static_cast<Eigen::Index>(std::ceil(config.reach / config.bin));
-  const float per_length = static_cast<float>(1 / (config.bin * scale));
-  const auto parallel = static_cast<float>(config.parallel);
+  const SearchConfig& search = options.registration.patch_profile.search;
+  const auto bins = static_cast<Eigen::Index>(std::ceil(options.candidates.reach / search.bin_width));
+  const float per_length = static_cast<float>(1 / (search.bin_width * scale));
+  const auto parallel = static_cast<float>(search.parallel_cos);
   Eigen::VectorXf sums = Eigen::VectorXf::Zero(bins + 1);
   for (Eigen::Index i = 0; i < votes.points.cols(); ++i)
     for (Eigen::Index k = i + 1; k < votes.points.cols(); ++k) {

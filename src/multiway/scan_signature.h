@@ -23,7 +23,7 @@ namespace pcl_ssfr {
  * \param[in] scale of the scene: multiplies every length
  */
 Eigen::VectorXf
-signatureOf(const VotingSamples& votes, double scale, const CandidateConfig& config);
+signatureOf(const VotingSamples& votes, double scale, const MultiwayOptions& options);
 
 /** \brief How much scans are like each other: the cosine between their signatures less the mean of all.
  *

@@ -21,6 +21,19 @@ namespace {
 /// of them, 0.2 of a dome of 60 degrees.
 constexpr double kLooksAround = 0.28;
 
+/// Call \p visit(normal, way from the sensor [m], area [m^2]) for each patch of a scan, in the frame of the map.
+template <typename Visit>
+void
+forEachPatch(const StoreyScan& scan, const Visit& visit)
+{
+  const OrientedSamples& surface = *scan.surface;
+  for (Eigen::Index i = 0; i < surface.size(); ++i) {
+    const Eigen::Vector3d normal = scan.T_map_surface.linear() * surface.normals.col(i);
+    const Eigen::Vector3d way = scan.T_map_surface * surface.points.col(i) - scan.place;
+    visit(normal, way, surface.weights[i]);
+  }
+}
+
 /// Distance of the surface below a sensor that faces up, the lower half of what is seen within reach: the median by
 /// area; NaN when hardly anything faces there.
 double
@@ -28,23 +41,20 @@ floorDistance(const StoreyScan& scan, const Eigen::Vector3d& up, const AliasConf
 {
   std::vector<std::pair<double, double>> below; // distance, area
   double sum = 0;
-  for (Eigen::Index i = 0; i < scan.surface->size(); ++i) {
-    const Eigen::Vector3d n = scan.T_map_surface.linear() * scan.surface->normals.col(i);
-    const Eigen::Vector3d d = scan.T_map_surface * scan.surface->points.col(i) - scan.place;
+  forEachPatch(scan, [&](const Eigen::Vector3d& n, const Eigen::Vector3d& d, double area) {
     const double height = -d.dot(up);
     const double lateral = (d + height * up).norm();
-    if (n.dot(up) < config.level_normal || height < config.least_floor || height > config.most_floor ||
-        lateral > config.floor_reach)
-      continue;
-    below.emplace_back(height, scan.surface->weights[i]);
-    sum += scan.surface->weights[i];
-  }
-  if (sum < config.least_floor_area)
+    if (n.dot(up) < config.level_normal || height <= 0 || height > config.most_floor || lateral > config.most_floor)
+      return;
+    below.emplace_back(height, area);
+    sum += area;
+  });
+  if (!(sum > 0))
     return std::numeric_limits<double>::quiet_NaN();
   std::sort(below.begin(), below.end());
-  double area = 0;
-  for (const auto& [height, weight] : below)
-    if (2 * (area += weight) >= sum)
+  double lower = 0;
+  for (const auto& [height, area] : below)
+    if (2 * (lower += area) >= sum)
       return height;
   return below.back().first;
 }
@@ -62,7 +72,7 @@ levelShare(const std::vector<StoreyScan>& scans, const Eigen::Vector3d& up, cons
   std::sort(distances.begin(), distances.end());
   std::size_t most = 0;
   for (std::size_t first = 0, last = 0; last < distances.size(); ++last) {
-    while (distances[last] - distances[first] > config.same_floor)
+    while (distances[last] - distances[first] > config.same_level)
       ++first;
     most = std::max(most, last - first + 1);
   }
@@ -75,19 +85,17 @@ mainDirections(const std::vector<StoreyScan>& scans, const AliasConfig& config)
 {
   std::vector<std::pair<double, Eigen::Vector3d>> directions;
   for (const StoreyScan& scan : scans)
-    for (Eigen::Index i = 0; i < scan.surface->size(); ++i) {
-      const Eigen::Vector3d n = scan.T_map_surface.linear() * scan.surface->normals.col(i);
-      const double weight = scan.surface->weights[i];
+    forEachPatch(scan, [&](const Eigen::Vector3d& n, const Eigen::Vector3d&, double area) {
       const auto found = std::find_if(directions.begin(), directions.end(), [&](const auto& d) {
         return std::abs(d.second.normalized().dot(n)) > config.level_normal;
       });
       if (found == directions.end())
-        directions.emplace_back(weight, weight * n);
+        directions.emplace_back(area, area * n);
       else {
-        found->first += weight;
-        found->second += weight * (found->second.dot(n) < 0 ? -n : n);
+        found->first += area;
+        found->second += area * (found->second.dot(n) < 0 ? -n : n);
       }
-    }
+    });
   std::stable_sort(
       directions.begin(), directions.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
   constexpr std::size_t kMost = 6; // three of a Manhattan room, and some more
@@ -105,16 +113,15 @@ bool
 isIndoors(const StoreyScan& scan, const Eigen::Vector3d& up, const AliasConfig& config)
 {
   double floor = 0, ceiling = 0; // [m^2]
-  for (Eigen::Index i = 0; i < scan.surface->size(); ++i) {
-    const double facing = (scan.T_map_surface.linear() * scan.surface->normals.col(i)).dot(up);
-    const Eigen::Vector3d d = scan.T_map_surface * scan.surface->points.col(i) - scan.place;
+  forEachPatch(scan, [&](const Eigen::Vector3d& n, const Eigen::Vector3d& d, double area) {
+    const double facing = n.dot(up);
     const double height = d.dot(up);
-    const bool is_near = std::abs(height) < config.storey && (d - height * up).norm() < config.ceiling_reach;
+    const bool is_near = std::abs(height) < config.storey && (d - height * up).norm() < config.storey;
     if (std::abs(facing) < config.level_normal || facing * height > 0 || !is_near)
-      continue; // upright, or it turns its back
-    (height < 0 ? floor : ceiling) += scan.surface->weights[i];
-  }
-  return floor > config.least_floor_area && ceiling > config.least_floor_area;
+      return; // upright, or it turns its back
+    (height < 0 ? floor : ceiling) += area;
+  });
+  return floor > 0 && ceiling > 0;
 }
 
 /// The directions in which a sensor sees something, map frame. Each patch counts by the solid angle that it fills, so
@@ -130,18 +137,15 @@ fieldOfView(const StoreyScan& scan)
   FieldOfView view;
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   double all = 0; // [sr]
-  for (Eigen::Index i = 0; i < scan.surface->size(); ++i) {
-    const Eigen::Vector3d ray = scan.T_map_surface * scan.surface->points.col(i) - scan.place;
-    const Eigen::Vector3d normal = scan.T_map_surface.linear() * scan.surface->normals.col(i);
+  forEachPatch(scan, [&](const Eigen::Vector3d& normal, const Eigen::Vector3d& ray, double area) {
     const Eigen::Vector3d d = ray.normalized();
-    const double area = scan.surface->weights[i];
     const double angle = area * std::abs(normal.dot(d)) / (ray.squaredNorm() + area / kPi); // never above pi
     if (!std::isfinite(angle))
-      continue; // at the sensor
+      return; // at the sensor
     all += angle;
     sum += angle * d;
     view.about_zero += angle * d * d.transpose();
-  }
+  });
   if (all > 0) {
     view.about_zero /= all;
     view.about_mean = view.about_zero - sum * sum.transpose() / (all * all);
@@ -156,11 +160,10 @@ levelDirection(const std::vector<StoreyScan>& scans, const Eigen::Vector3d& axis
 {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (const StoreyScan& scan : scans)
-    for (Eigen::Index i = 0; i < scan.surface->size(); ++i) {
-      const Eigen::Vector3d n = scan.T_map_surface.linear() * scan.surface->normals.col(i);
+    forEachPatch(scan, [&](const Eigen::Vector3d& n, const Eigen::Vector3d&, double area) {
       if (std::abs(n.dot(axis)) > config.level_normal)
-        sum += scan.surface->weights[i] * (n.dot(axis) < 0 ? -n : n);
-    }
+        sum += area * (n.dot(axis) < 0 ? -n : n);
+    });
   return sum.norm() > 0 ? sum.normalized() : axis;
 }
 
@@ -190,6 +193,26 @@ verticalByView(const std::vector<StoreyScan>& scans, const AliasConfig& config)
   return levelDirection(scans, axis, config);
 }
 
+/// Whether at least \p least of some scans stand at places of their own.
+bool
+haveManyPlaces(const std::vector<StoreyScan>& scans,
+               const std::vector<std::size_t>& some,
+               std::size_t least,
+               double same_place)
+{
+  std::vector<Eigen::Vector3d> places;
+  for (const std::size_t i : some) {
+    const bool is_known = std::any_of(places.begin(), places.end(), [&](const Eigen::Vector3d& place) {
+      return (place - scans[i].place).norm() < same_place;
+    });
+    if (!is_known)
+      places.push_back(scans[i].place);
+    if (places.size() >= least)
+      return true;
+  }
+  return false;
+}
+
 } // namespace
 
 std::optional<Eigen::Vector3d>
@@ -212,14 +235,19 @@ findUp(const std::vector<StoreyScan>& scans, const AliasConfig& config)
 }
 
 std::optional<StoreyDoubt>
-findStoreyDoubt(const std::vector<StoreyScan>& scans, const Eigen::Vector3d& up, bool others, const AliasConfig& config)
+findStoreyDoubt(const std::vector<StoreyScan>& scans,
+                const Eigen::Vector3d& up,
+                bool others,
+                double same_place,
+                const AliasConfig& config)
 {
   std::vector<std::pair<double, std::size_t>> heights;
   for (std::size_t i = 0; i < scans.size(); ++i)
     heights.emplace_back(scans[i].place.dot(up), i);
   std::sort(heights.begin(), heights.end());
-  // Levels: scans at one height, the fullest first; what is left is between levels.
-  std::vector<char> is_level(scans.size(), 0);
+  // Levels: scans at one height and several places, the fullest first; what is left is between levels. Scans at one
+  // height and one place are of stairs that lie on one another.
+  std::vector<char> is_taken(scans.size(), 0), is_level(scans.size(), 0);
   std::vector<std::pair<double, std::vector<std::size_t>>> levels;
   while (true) {
     std::vector<std::size_t> fullest;
@@ -227,13 +255,17 @@ findStoreyDoubt(const std::vector<StoreyScan>& scans, const Eigen::Vector3d& up,
       std::vector<std::size_t> level;
       for (std::size_t k = first; k < heights.size() && heights[k].first - heights[first].first <= config.same_level;
            ++k)
-        if (!is_level[heights[k].second])
+        if (!is_taken[heights[k].second])
           level.push_back(heights[k].second);
       if (level.size() > fullest.size())
         fullest = level;
     }
-    if (fullest.size() < config.least_level)
+    if (fullest.size() < config.least_scans)
       break;
+    for (const std::size_t i : fullest)
+      is_taken[i] = 1;
+    if (!haveManyPlaces(scans, fullest, config.least_scans, same_place))
+      continue;
     double mean = 0;
     for (const std::size_t i : fullest) {
       is_level[i] = 1;
@@ -258,9 +290,9 @@ findStoreyDoubt(const std::vector<StoreyScan>& scans, const Eigen::Vector3d& up,
       if (is_level[i])
         continue;
       const double above = scans[i].place.dot(up) - height;
-      if (above > config.off_level && above < config.storey && !leads_up)
+      if (above > config.same_level && above < config.storey && !leads_up)
         doubt.above.push_back(i);
-      if (-above > config.off_level && -above < config.storey && !leads_down)
+      if (-above > config.same_level && -above < config.storey && !leads_down)
         doubt.below.push_back(i);
     }
     const bool both = !doubt.above.empty() && !doubt.below.empty();

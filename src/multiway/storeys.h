@@ -43,13 +43,16 @@ findUp(const std::vector<StoreyScan>& scans, const AliasConfig& config);
  * them agree in every loop. What gives it away is the way between them, if it was scanned: in such a map stairs lead up
  * to nowhere, and others lead down to nowhere, or scans that belong to the way stand apart. That is so as well where a
  * single storey was scanned and a few steps of both stairs: the scans do not tell, and neither is assumed.
+ * A level has scans at several places: of stairs laid onto one another those of each landing are at one.
  * \param[in] scans of the part
  * \param[in] others whether usable scans of the job are not placed in it
+ * \param[in] same_place distance of two sensors that are at one place [m]
  */
 std::optional<StoreyDoubt>
 findStoreyDoubt(const std::vector<StoreyScan>& scans,
                 const Eigen::Vector3d& up,
                 bool others,
+                double same_place,
                 const AliasConfig& config);
 
 /** \brief The scans that are not to be trusted where a storey may be several: those of the storey; of the ways up and

@@ -35,14 +35,9 @@ struct CandidateConfig {
   std::size_t most = 30;         ///< partners of a scan that links lead to: in dense jobs more of them add no accuracy
   std::size_t near = 8;          ///< partners of each scan that are looked at as their sensors are nearest
   std::size_t apart_of_scan = 2; ///< partners by likeness of each scan in other parts where parts stay apart, ...
-  std::size_t apart = 12;        ///< ... but of a part of few scans so many in all ...
-  std::size_t apart_rounds = 10; ///< ... so many times, as long as parts come together
-  double related = 0.5;          ///< probability of a link from which on it leads to others: rather right than wrong
-  double sure = 0.95;            ///< ... and from which on its scans are no longer apart: as ChoiceConfig::lone
-  double least_matched = 0.04;   ///< share of the surface (by patches) that would meet: twice that of the adjustment
-  double bin = 0.1;              ///< [m] of the distances between parallel planes that make scans alike
-  double reach = 12;             ///< [m] the longest of them: across a large room
-  double parallel = 0.97;        ///< cosine between the normals of parallel planes: 14 degrees
+  std::size_t apart = 12;        ///< ... but of a part of few scans so many in all, as long as parts come together
+  double reach = 12;             ///< [m] longest of the distances between parallel planes that make scans alike: across
+                                 ///< a large room
 };
 
 /// How the poses are chosen that make one consistent map. Lengths are for scenes of scale 1.
@@ -55,37 +50,30 @@ struct ChoiceConfig {
   /// Odds that a placed scan must have against each rival: of a hundred that are doubtful, one may be wrong. They are
   /// those of the links times those of the surfaces: links of places alike err together, so they never decide alone.
   double clear_odds = 100;
-  double outvoted = 1.5;        ///< belief for a place over that against it, from which on no rival is looked at
-  double rival = 0.2;           ///< probability of a link from which on its pose is compared with the one chosen
-  double rival_rotation = 0.35; ///< [rad] places are two when they differ by this ...
-  double rival_translation = 1; ///< [m] ... or by this: less is the same one, found inexactly
-  double lone = 0.95;           ///< probability that a link must have that alone joins two parts
-  double score_power = 9;       ///< of the ratio of two scores that makes odds, by the posterior of a pair
-  double loose = 2;             ///< factor on matching distances and margins before the poses are exact
+  double outvoted = 1.5; ///< belief for a place over that against it, from which on no rival is looked at
+  double rival = 0.2;    ///< probability of a link from which on its pose is compared with the one chosen
+  double lone = 0.95;    ///< probability that a link must have that alone joins two parts
+  /// Factor on matching distances and margins before the poses are exact, and on same_rotation and same_translation:
+  /// what does not agree even so is another place.
+  double loose = 2;
 };
 
 /// Storeys alike: when a storey of the map may be several, laid onto one another. Lengths [m] are those of buildings.
 struct AliasConfig {
   bool check = true;              ///< look for them
   double level_normal = 0.97;     ///< cosine to the vertical from which on a surface is level: 14 degrees
-  double least_floor = 0.3;       ///< [m] floors are at least ...
-  double most_floor = 3;          ///< [m] ... and at most this far below a sensor ...
-  double floor_reach = 3;         ///< [m] ... and this far to the side
-  double ceiling_reach = 15;      ///< [m] to the side, of floors and ceilings that make a storey
+  double most_floor = 3;          ///< [m] floors are at most this far below a sensor, and looked for as far to the side
   double flat_view = 0.4;         ///< variance of a field of view along its axis over that across: rings 0.1, a dome of
                                   ///< 60 degrees 0.2, all but a cone below the scanner 0.6
-  double least_floor_area = 0.1;  ///< [m^2] of it
-  double same_floor = 0.2;        ///< [m] sensors on one tripod or vehicle
   double least_level_share = 0.7; ///< of the scans, that agree on a vertical: else none is known
-  double same_level = 0.35;       ///< [m] sensors within this height are on one level
-  std::size_t least_level = 3;    ///< scans that make a level
-  double off_level = 0.4;         ///< [m] more than two steps of a stair
+  double same_level = 0.35;       ///< [m] sensors within this height are on one level, or as far above their floor:
+                                  ///< two steps of a stair are more
+  std::size_t least_scans = 3;    ///< at one height that make a level, or at one place: rooms may be alike instead
   double same_view = 0.8;         ///< share of the surface of two scans that meets, from which on they see the same
-  std::size_t same_station = 3;   ///< scans at one place, from which on rooms may be alike instead
   /// Share of what scans at one place see of each other that they may see through: surfaces hide each other there in
   /// the same way. Five rooms laid onto one another 0.05, three 0.022; of one place none, or people.
   double seen_through = 0.02;
-  double storey = 4.5; ///< [m] the way to the next level is shorter than this
+  double storey = 4.5; ///< [m] the way to the next level is shorter than this; floor and ceiling are seen within it
 };
 
 /// Groups of scans of a part that contradict each other more than they do among themselves: places that look alike,
