@@ -241,7 +241,7 @@ TEST(CandidatePairs, theMostAlikeComeFirst)
 {
   Job job = Job::row(6, 100); // nothing meets
   job.options.candidates.alike = 1;
-  job.options.candidates.apart = job.options.candidates.apart_of_scan = 0;
+  job.options.candidates.apart_rounds = 0;
   for (std::size_t i = 0; i < 3; ++i)
     job.scans.signatures[i + 3] = job.scans.signatures[i];
   EXPECT_THAT(job.run(), ElementsAre(ElementsAre(ScanPair(0, 3), ScanPair(1, 4), ScanPair(2, 5))));
@@ -304,7 +304,7 @@ TEST(CandidatePairs, aWayAroundIsClosedWhereItsEndsAreNear)
   job.options.candidates.alike = 1;
   job.reach = 4;
   job.makeNextOnesAlike();
-  job.options.candidates.apart = job.options.candidates.apart_of_scan = 0;
+  job.options.candidates.apart_rounds = 0;
   for (int i = 0; i < 24; ++i)
     job.scans.wanted.insert({i, i + 1});
   ASSERT_TRUE(job.share(0, 24));
@@ -323,7 +323,7 @@ TEST(CandidatePairs, partsThatStayApartAreTriedOnceMore)
   const std::set<ScanPair> all = Job::together(job.run());
   ASSERT_TRUE(job.share(7, 8));
   EXPECT_EQ(all.count({7, 8}), 1U);
-  job.options.candidates.apart = job.options.candidates.apart_of_scan = 0;
+  job.options.candidates.apart_rounds = 0;
   EXPECT_EQ(Job::together(job.run()).count({7, 8}), 0U);
 }
 
@@ -386,7 +386,7 @@ TEST(CandidatePairs, knownPosesAndAPersonsWishCount)
   Job job = Job::row(30, 100);
   job.options.candidates.alike = 1;
   job.options.candidates.near = 1;
-  job.options.candidates.apart = job.options.candidates.apart_of_scan = 0;
+  job.options.candidates.apart_rounds = 0;
   job.scans.wanted = {{2, 29}};
   for (const int i : {3, 17})
     job.scans.T_map_scan[static_cast<std::size_t>(i)] = Eigen::Isometry3d::Identity();

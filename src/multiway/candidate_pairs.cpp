@@ -43,10 +43,8 @@ isLikely(const PairLink& link, double least)
 } // namespace
 
 CandidatePairs::CandidatePairs(CandidateScans scans, OverlapFunction overlap, const MultiwayOptions& options)
-    : scans_(std::move(scans)), overlap_(std::move(overlap)), config_(options.candidates), likely_(options.choice.sure),
-      sure_(options.choice.lone),
-      least_matched_(2 * options.adjustment.least_matched), // found inexactly, most meet in less
-      threads_(static_cast<int>(options.threads)), likeness_(scans_.signatures), partners_(scans_.usable.size(), 0)
+    : scans_(std::move(scans)), overlap_(std::move(overlap)), options_(options), likeness_(scans_.signatures),
+      partners_(scans_.usable.size(), 0)
 {}
 
 std::vector<ScanPair>
@@ -99,8 +97,9 @@ CandidatePairs::alikeOnes() const
       pairs.insert(pair);
   const std::size_t n = scans_.usable.size();
   std::vector<std::vector<int>> partners(n);
-  forEachInParallel(static_cast<std::int64_t>(n), 1, threads_, [&](std::int64_t i) {
-    partners[static_cast<std::size_t>(i)] = mostAlike(static_cast<int>(i), config_.alike, [](int) { return true; });
+  forEachInParallel(static_cast<std::int64_t>(n), 1, static_cast<int>(options_.threads), [&](std::int64_t i) {
+    partners[static_cast<std::size_t>(i)] =
+        mostAlike(static_cast<int>(i), options_.candidates.alike, [](int) { return true; });
   });
   for (std::size_t i = 0; i < n; ++i)
     for (const int k : partners[i])
@@ -120,7 +119,7 @@ CandidatePairs::neighboursOfNeighbours(const Links& links)
 {
   std::vector<std::vector<Way>> ways(scans_.usable.size());
   for (const PairLink& link : links) {
-    if (!isLikely(link, likely_))
+    if (!isLikely(link, options_.choice.sure))
       continue;
     const Eigen::Isometry3d& T = link.hypotheses.front().T_target_source;
     const bool is_new = seen_.insert({link.source, link.target}).second;
@@ -156,19 +155,22 @@ CandidatePairs::worthIt(const Proposals& proposals)
   for (const auto& proposal : proposals)
     all.push_back(&proposal);
   std::vector<double> meets(all.size());
-  forEachInParallel(static_cast<std::int64_t>(all.size()), 1, threads_, [&](std::int64_t index) {
-    const auto k = static_cast<std::size_t>(index);
-    meets[k] = overlap_(all[k]->first.first, all[k]->first.second, all[k]->second.T_target_source);
-  });
+  forEachInParallel(
+      static_cast<std::int64_t>(all.size()), 1, static_cast<int>(options_.threads), [&](std::int64_t index) {
+        const auto k = static_cast<std::size_t>(index);
+        meets[k] = overlap_(all[k]->first.first, all[k]->first.second, all[k]->second.T_target_source);
+      });
   std::vector<std::size_t> order(all.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return meets[a] > meets[b]; });
+  // A pose by way of others is inexact: what is worth it meets in twice as much as takes part in the adjustment.
+  const double least = 2 * options_.adjustment.least_matched;
   std::set<ScanPair> pairs;
   for (const std::size_t k : order) {
     const ScanPair& pair = all[k]->first;
     std::size_t& of_source = partners_[static_cast<std::size_t>(pair.first)];
     std::size_t& of_target = partners_[static_cast<std::size_t>(pair.second)];
-    if (meets[k] < least_matched_ || of_source >= config_.most || of_target >= config_.most)
+    if (meets[k] < least || of_source >= options_.candidates.most || of_target >= options_.candidates.most)
       continue;
     ++of_source;
     ++of_target;
@@ -201,7 +203,7 @@ CandidatePairs::forEachNear(const Part& part, const std::function<void(std::size
       if (isOpen(part.scans[i], part.scans[k]))
         others.emplace_back(
             (places.col(static_cast<Eigen::Index>(k)) - places.col(static_cast<Eigen::Index>(i))).squaredNorm(), k);
-    const auto middle = others.begin() + static_cast<std::ptrdiff_t>(std::min(config_.near, others.size()));
+    const auto middle = others.begin() + static_cast<std::ptrdiff_t>(std::min(options_.candidates.near, others.size()));
     std::partial_sort(others.begin(), middle, others.end());
     for (auto other = others.begin(); other != middle; ++other)
       visit(i, other->second);
@@ -214,7 +216,7 @@ CandidatePairs::partsOf(const Links& links) const
   // A spanning forest of the heaviest sure links, as Kruskal makes it: the smaller part moves into the larger one.
   std::vector<const PairLink*> sure;
   for (const PairLink& link : links)
-    if (isLikely(link, sure_))
+    if (isLikely(link, options_.choice.lone))
       sure.push_back(&link);
   std::sort(sure.begin(), sure.end(), [](const PairLink* a, const PairLink* b) {
     const double weight_a = weightOf(*a), weight_b = weightOf(*b);
@@ -264,19 +266,21 @@ CandidatePairs::partsOf(const Links& links) const
 std::set<ScanPair>
 CandidatePairs::betweenParts(const Links& links)
 {
+  const CandidateConfig& config = options_.candidates;
   std::set<ScanPair> pairs;
   const std::vector<Part> parts = partsOf(links);
-  if (parts.size() < 2 || parts.size() == parts_)
+  if (parts.size() < 2 || parts.size() == parts_ || apart_rounds_ >= config.apart_rounds)
     return pairs;
   parts_ = parts.size();
+  ++apart_rounds_;
   std::vector<std::size_t> part(scans_.usable.size());
   for (std::size_t p = 0; p < parts.size(); ++p)
     for (const int scan : parts[p].scans)
       part[static_cast<std::size_t>(scan)] = p;
   // As many for each scan: few of a part see another part, and those are not the ones that are most like something.
   for (const Part& from : parts) {
-    const std::size_t count =
-        std::max(config_.apart_of_scan, config_.apart / from.scans.size() + (config_.apart % from.scans.size() > 0));
+    const std::size_t in_all = config.apart / from.scans.size() + (config.apart % from.scans.size() > 0);
+    const std::size_t count = std::max(config.apart_of_scan, in_all);
     for (const int scan : from.scans) {
       const auto is_elsewhere = [&](int other) {
         return part[static_cast<std::size_t>(other)] != part[static_cast<std::size_t>(scan)];

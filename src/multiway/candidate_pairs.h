@@ -98,16 +98,13 @@ private:
 
   CandidateScans scans_;
   OverlapFunction overlap_;
-  CandidateConfig config_;
-  double likely_;        ///< probability of a link from which on it leads to others: rather right than wrong
-  double sure_;          ///< ... and from which on its scans are no longer apart
-  double least_matched_; ///< share of the surface of a pair that would meet
-  int threads_;
+  MultiwayOptions options_;
   ScanLikeness likeness_;
   std::set<ScanPair> given_;
   std::set<ScanPair> seen_;           ///< those of them whose links have led on
   std::vector<std::size_t> partners_; ///< of each scan, that links led to
   std::size_t parts_ = 0;             ///< when the pairs between them were last tried; 0: not yet
+  std::size_t apart_rounds_ = 0;
 };
 
 } // namespace pcl_ssfr

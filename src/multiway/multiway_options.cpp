@@ -49,7 +49,7 @@ validate(const MultiwayOptions& options)
   requireOption(candidates.reach >= bin && candidates.reach <= 1e4 * bin,
                 "candidates.reach",
                 candidates.reach,
-                "be 1 to 10000 times the width of a bin");
+                "be 1 to 10000 times search.bin_width of the pairs");
   const LinkConfig& link = options.link;
   requireOption(link.hypotheses >= 1 && link.hypotheses <= 10,
                 "link.hypotheses",

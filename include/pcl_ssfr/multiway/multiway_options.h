@@ -35,7 +35,8 @@ struct CandidateConfig {
   std::size_t most = 30;         ///< partners of a scan that links lead to: in dense jobs more of them add no accuracy
   std::size_t near = 8;          ///< partners of each scan that are looked at as their sensors are nearest
   std::size_t apart_of_scan = 2; ///< partners by likeness of each scan in other parts where parts stay apart, ...
-  std::size_t apart = 12;        ///< ... but of a part of few scans so many in all, as long as parts come together
+  std::size_t apart = 12;        ///< ... but of a part of few scans so many in all ...
+  std::size_t apart_rounds = 10; ///< ... so many times, as long as parts come together
   double reach = 12;             ///< [m] longest of the distances between parallel planes that make scans alike: across
                                  ///< a large room
 };
