@@ -44,10 +44,10 @@ constexpr std::int64_t kLargestForFgr = 30000;
 
 // As in the default profile.
 const PreparationConfig kPreparation = PatchProfileConfig{}.preparation;
-const double kLeaf = kPreparation.leaf;                                     // [m]
-const double kThickness = kPreparation.thickness;                           // [m]
-const double kCell = kPreparation.range_cell;                               // [rad]
-const double kVoxel = kPreparation.index_voxel;                             // [m]
+const double kLeaf = kPreparation.leaf;           // [m]
+const double kThickness = kPreparation.thickness; // [m]
+const double kCell = kPreparation.range_cell;     // [rad]
+const double kVoxel = kLeaf * std::exp2(4.5);     // [m], of the index: the mean edge of patches
 const double kDirectionError = PatchProfileConfig{}.search.direction_error; // [rad]
 
 // A start for the refinements, near the truth.
@@ -225,7 +225,7 @@ mainNormals(benchmark::State& state, const Pair& pair)
   density.kernel = DensityOptions::Kernel::Gaussian;
   density.radius = 0.1;
   density.max_regions = 14;
-  density.silence_chord = 0.26;
+  density.silence_chord = 2 * density.radius;
   density.min_relative_density = 0.02;
   MeanShiftOptions mean_shift;
   mean_shift.bandwidth = 2 * density.radius;

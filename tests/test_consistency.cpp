@@ -43,7 +43,7 @@ struct Consistency {
 Consistency
 consistencyOf(const std::string& sensor, std::size_t beams)
 {
-  constexpr std::uint64_t kSeed = 909; // no set that anything was chosen by
+  constexpr std::uint64_t kSeed = 909; // docs/RESULTS.md says what was set by these scans
   Consistency sum;
   for (const char* scene : {"apartment", "hall", "street"}) {
     const std::vector<testing::PosedScan> scans =

@@ -64,7 +64,7 @@ TEST(CorrespondenceDistance, AddsWhatIsIndependentInSquares)
   const double distance = correspondenceDistance(polishWith(0.02), uncertaintyOf({0.003, 0.004}), 0.1, kMost);
   EXPECT_NEAR(distance, std::sqrt(0.06 * 0.06 + 0.015 * 0.015 + 0.005), 1e-12);
   UncertaintyConfig config;
-  config.reach_deviations = 2;
+  config.bound_deviations = 2;
   EXPECT_NEAR(correspondenceDistance(polishWith(0.02), uncertaintyOf({0.005}), 0, kMost, config),
               std::hypot(0.04, 0.01),
               1e-12);
@@ -91,7 +91,7 @@ TEST(CorrespondenceDistance, IsNothingWithoutMatchesAndNoLessThanTheNoiseFloor)
   EXPECT_EQ(correspondenceDistance(Refinement(), PoseUncertainty(), 0.1, kMost), 0);
   const UncertaintyConfig config;
   EXPECT_NEAR(correspondenceDistance(polishWith(0), PoseUncertainty(), 0, kMost),
-              config.reach_deviations * config.noise_floor,
+              config.bound_deviations * config.noise_floor,
               1e-12);
 }
 

@@ -124,8 +124,8 @@ TEST(Decision, LittleSurfaceInCommon)
   EXPECT_EQ(d.message,
             "under the best pose only 1 % of the surface meets its counterpart: the scans may not show the same place");
   // From a fair overlap on nobody doubts that.
-  EXPECT_THAT(decide({poseAt(kX, 0.14)}, contextOf({0.3})).message, HasSubstr("same place"));
-  EXPECT_THAT(decide({poseAt(kX, 0.16)}, contextOf({0.3})).message, Not(HasSubstr("same place")));
+  EXPECT_THAT(decide({poseAt(kX, 0.09)}, contextOf({0.3})).message, HasSubstr("same place"));
+  EXPECT_THAT(decide({poseAt(kX, 0.11)}, contextOf({0.3})).message, Not(HasSubstr("same place")));
   // What the model makes of such poses.
   const std::vector<ScoredPose> poses = {poseAt(kX, 0.01), poseAt(9 * kX, 0.005)};
   EXPECT_EQ(decide(poses, judged(poses)).status, Status::LowOverlap);
@@ -301,7 +301,7 @@ TEST(Decision, NoConfidenceAskedForAcceptsAnyPoseWithEvidence)
   const Decision d = decide({poseAt(kX, 0.04)}, context);
   EXPECT_EQ(d.status, Status::Converged);
   EXPECT_EQ(d.confidence, 0.01);
-  // None speaks for these.
+  // Without any probability nothing is accepted.
   context = contextOf({0.0});
   context.min_confidence = 0;
   EXPECT_EQ(decide({poseAt(kX, 0)}, context).status, Status::LowOverlap);
@@ -322,7 +322,7 @@ TEST(Decision, SurfaceInFreeSpace)
   EXPECT_EQ(decide({poseAt(kX, 0.5, 0.067)}, contextOf({0.1})).status, Status::Contradicted);
   EXPECT_EQ(decide({poseAt(kX, 0.5, 0.066)}, contextOf({0.1})).status, Status::LowOverlap);
   DecisionContext picky = contextOf({0.1});
-  picky.config.named_contradiction = 0.05;
+  picky.config.named_share = 0.05;
   EXPECT_EQ(decide({poseAt(kX, 0.5, 0.066)}, picky).status, Status::Contradicted);
   ScoredPose large_patch = poseAt(kX, 0.5, 0.1); // that contradicts, one of many
   large_patch.score = 0.5;
@@ -392,9 +392,9 @@ statusByTheRules(const std::vector<ScoredPose>& poses, const DecisionContext& co
   const SurfaceEvidence& e = poses.front().evidence;
   const double sum = std::accumulate(context.posterior.poses.begin(), context.posterior.poses.end(), 0.0);
   Status status = Status::Converged;
-  const bool is_probably_none = sum < context.min_confidence || poses.front().score <= 0;
-  const bool meets = e.matched >= 0.15 * e.total;
-  if (!is_determined && poses.front().score > 0 && (meets || !is_probably_none))
+  const bool is_probably_none = sum < context.min_confidence || sum <= 0;
+  const bool meets = e.matched >= 0.1 * e.total;
+  if (!is_determined && (meets || !is_probably_none))
     status = Status::Unobservable;
   else if (is_probably_none)
     status = e.contradicted > 0.1 * e.visible() ? Status::Contradicted : Status::LowOverlap;

@@ -74,18 +74,16 @@ TEST(GaussianSphere, EmptyInEmptyOut)
   EXPECT_EQ(makeGaussianSphere(OrientedSamples()).size(), 0);
 }
 
-TEST(GaussianSphere, ChordsAndAnglesAreInverse)
+TEST(GaussianSphere, ChordsOfAngles)
 {
   const double pi = std::acos(-1.0);
   EXPECT_NEAR(chordFromAngle(pi / 3), 1, 1e-15);
   EXPECT_NEAR(chordFromAngle(pi), 2, 1e-15);
   EXPECT_EQ(chordFromAngle(0), 0);
   for (const double angle : {1e-9, 0.01, 0.5, 2.0, 3.0}) {
-    EXPECT_NEAR(angleFromChord(chordFromAngle(angle)), angle, 1e-12);
     const Eigen::Vector3d a = Eigen::Vector3d::UnitX(), b(std::cos(angle), std::sin(angle), 0);
     EXPECT_NEAR(chordFromAngle(angle), (a - b).norm(), 1e-12);
   }
-  EXPECT_NEAR(angleFromChord(2.0000001), pi, 1e-12); // rounding beyond the diameter
 }
 
 } // namespace

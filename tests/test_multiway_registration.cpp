@@ -223,7 +223,7 @@ TEST_F(Room, aProjectKnowsAnotherViewpointAndOtherNumbers)
   EXPECT_EQ(linked(false, {0, 0, 0}, options), 3U);
   EXPECT_EQ(linked(true, {0, 0, -0.0}, options), 0U);
   EXPECT_EQ(linked(true, {0, 0, 0.1}, options), 2U) << "the pairs of this scan";
-  options.registration.patch_profile.judgement.rival *= 1.01;
+  options.registration.patch_profile.judgement.decided *= 0.99;
   EXPECT_EQ(linked(true, {0, 0, 0.1}, options), 3U);
   options.registration.max_candidates = 2;
   EXPECT_EQ(linked(true, {0, 0, 0.1}, options), 3U);

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <numeric>
 #include <set>
+#include <utility>
 
 namespace pcl_ssfr::test_patch_index {
 namespace {
@@ -282,6 +283,17 @@ TEST_F(PatchIndexCount, OfNothing)
   EXPECT_TRUE(index_.countFacingAlong(ShiftLine(), probes_, 0, probes_.x.size()).empty());
 }
 
+TEST(PatchIndex, CountsWhatFacesWithinTheAngle)
+{
+  // A wall that faces along x, and a direction whose class has its centre 0.588 rad from it: atan(2 / 3).
+  PatchIndex::Probes probes;
+  probes.add({1, 0, 0}, Eigen::Vector3f(3, 2, 0).normalized());
+  for (const auto& [facing, found] : {std::pair(0.57, 0), std::pair(0.6, 1)}) {
+    const PatchIndex index(oneWall(), 0.5, facing);
+    EXPECT_EQ(index.countFacing(probes, 0, 1, Eigen::Vector3f::Zero()), found) << facing;
+  }
+}
+
 TEST(ShiftLine, EverySecondOfIt)
 {
   const ShiftLine line{{1, 2, 3}, {0.1f, 0.7f, -0.3f}, 7};
@@ -448,7 +460,7 @@ TEST(PatchIndex, OrderOfThePatchesDoesNotMatter)
 TEST(PatchIndex, VoxelGrowsUntilTheGridFits)
 {
   const PlanarPatches patches = testing::randomPatches(50, 100, 1, 6);
-  const PatchIndex index(patches, 0.1, 10000);
+  const PatchIndex index(patches, 0.1, 0.5, 10000);
   EXPECT_GT(index.voxel(), 200 / std::cbrt(10000) * 0.9);
   EXPECT_LT(index.voxel(), 230 / std::cbrt(10000) * 1.3);
   for (int i = 0; i < 50; ++i) // each is still found at its own centroid

@@ -16,6 +16,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
 #include <limits>
 #include <string>
@@ -421,6 +422,26 @@ TEST(Gravity, noPoseThatViolatesItIsListedWhateverTheRefinementFinds)
         EXPECT_LT(tilt(candidate.T_target_source, prior), prior.tolerance + 0.6 * kDegree) << angle << " degrees";
     }
   }
+}
+
+TEST(Gravity, aVerticalThatIsFiveDegreesWrongIsRefusedMoreOftenThanNot)
+{
+  // A pose within its tolerance of 2 degrees is 3 degrees off and nearly right in all else: it may seem to be right.
+  Options options = makeOptions(Profile::Default);
+  GravityPrior prior;
+  prior.tolerance = 2 * kDegree;
+  int accepted = 0;
+  for (std::uint64_t seed = 90; seed < 102; ++seed) {
+    const Pair pair = scanPair(makeFurnishedRoom(3), 0, 1, roomScanner(), seed);
+    const Eigen::AngleAxisd wrong(5 * kDegree, Eigen::Vector3d::UnitX());
+    prior.up_source = pair.T_target_source.linear().transpose() * (wrong * prior.up_target);
+    options.gravity = prior;
+    const Result result = registerPair(pair, options);
+    accepted += result.accepted();
+    for (const Candidate& candidate : result.candidates)
+      EXPECT_LT(tilt(candidate.T_target_source, prior), prior.tolerance + 0.6 * kDegree) << seed;
+  }
+  EXPECT_LE(accepted, 5);
 }
 
 TEST(Scales, binsOfAnyWidthAreBounded)

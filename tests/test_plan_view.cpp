@@ -119,23 +119,23 @@ TEST(PlanView, HoldsPointsThatFitNoPlane)
 double
 scoreByDefinition(const PlanView& source,
                   const PlanView& target,
-                  double turn,
-                  double rise,
+                  double angle,
+                  double offset,
                   const Eigen::Vector2d& shift,
                   const PlanCorrelationOptions& options,
                   bool oriented)
 {
   double score = 0;
-  const Eigen::Rotation2Dd R(turn);
+  const Eigen::Rotation2Dd R(angle);
   const auto sector = [](double heading) {
     return static_cast<int>(std::floor((std::remainder(heading, 2 * kPi) + 4 * kPi) / (kPi / 12)));
   };
   for (const PlanElement& s : source.elements)
     for (const PlanElement& t : target.elements) {
       const Eigen::Vector2d d = Eigen::Vector2d(t.x, t.y) - R * Eigen::Vector2d(s.x, s.y) - shift;
-      int sectors = std::abs(sector(s.heading + turn) - sector(t.heading)) % (oriented ? 24 : 12);
+      int sectors = std::abs(sector(s.heading + angle) - sector(t.heading)) % (oriented ? 24 : 12);
       sectors = std::min(sectors, (oriented ? 24 : 12) - sectors);
-      if (d.cwiseAbs().maxCoeff() < options.cell && std::abs(t.height - s.height - rise) <= options.height &&
+      if (d.cwiseAbs().maxCoeff() < options.cell && std::abs(t.height - s.height - offset) <= options.height &&
           sectors <= 1)
         score += static_cast<double>(s.weight) * static_cast<double>(t.weight);
     }
@@ -143,7 +143,7 @@ scoreByDefinition(const PlanView& source,
   for (const PlanPoint& s : source.clutter)
     for (const PlanPoint& t : target.clutter) {
       const Eigen::Vector2d d = Eigen::Vector2d(t.x, t.y) - R * Eigen::Vector2d(s.x, s.y) - shift;
-      points += d.cwiseAbs().maxCoeff() < options.cell && std::abs(t.height - s.height - rise) <= options.height;
+      points += d.cwiseAbs().maxCoeff() < options.cell && std::abs(t.height - s.height - offset) <= options.height;
     }
   return score * (1 + points);
 }
@@ -163,22 +163,23 @@ TEST(CorrelatedPlanViews, AgreeWithTheDefinition)
     options.cell = 1.3;
     options.height = 1.5;
     options.reach = 6.5;
-    const double turn = random.uniform(0, 6), rise = 0.7;
-    const std::vector<PlanMatch> matches = correlatePlanViews(source, target, turn, rise, options, kAll);
+    const double angle = random.uniform(0, 6), offset = 0.7;
+    const std::vector<PlanMatch> matches = correlatePlanViews(source, target, angle, offset, options, kAll);
     ASSERT_GT(matches.size(), 3U);
     for (std::size_t i = 0; i < matches.size(); ++i) {
       EXPECT_NEAR(matches[i].score,
-                  scoreByDefinition(source, target, turn, rise, matches[i].shift, options, oriented),
+                  scoreByDefinition(source, target, angle, offset, matches[i].shift, options, oriented),
                   1e-3 * matches[i].score);
       EXPECT_TRUE(i == 0 || matches[i - 1].score >= matches[i].score);
     }
     // No other shift has a higher score than the first of them.
     for (int y = -5; y < 5; ++y)
       for (int x = -5; x < 5; ++x)
-        EXPECT_LE(scoreByDefinition(
-                      source, target, turn, rise, Eigen::Vector2d(x + 0.5, y + 0.5) * options.cell, options, oriented),
-                  matches[0].score * (1 + 1e-3));
-    const std::vector<PlanMatch> two = correlatePlanViews(source, target, turn, rise, options, 2);
+        EXPECT_LE(
+            scoreByDefinition(
+                source, target, angle, offset, Eigen::Vector2d(x + 0.5, y + 0.5) * options.cell, options, oriented),
+            matches[0].score * (1 + 1e-3));
+    const std::vector<PlanMatch> two = correlatePlanViews(source, target, angle, offset, options, 2);
     ASSERT_EQ(two.size(), 2U);
     EXPECT_EQ(two[1].shift, matches[1].shift);
   }
@@ -188,9 +189,9 @@ TEST(CorrelatedPlanViews, FindAMovedScan)
 {
   const OrientedSamples target = boardsOnGround(randomBoards(60, 20, 7)).samples;
   const Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();
-  for (const double turn : {0.0, 1.0, 3.0, 5.5}) {
+  for (const double angle : {0.0, 1.0, 3.0, 5.5}) {
     // Moved along the ground, and then into a frame of its own.
-    Eigen::Isometry3d truth = Eigen::Translation3d(7.3, -4.1, 0) * Eigen::AngleAxisd(turn, axis) *
+    Eigen::Isometry3d truth = Eigen::Translation3d(7.3, -4.1, 0) * Eigen::AngleAxisd(angle, axis) *
                               Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized());
     const OrientedSamples source = moved(target, truth.inverse());
     const Eigen::Vector3d source_axis = truth.linear().transpose() * axis;
@@ -259,7 +260,7 @@ TEST(CorrelatedPlanViews, PoseMapsWhatMeets)
   const PlanView source = planViewOf(OrientedSamples(), Eigen::Vector3d(0, 0.6, 0.8), 1);
   const PlanView target = planViewOf(OrientedSamples(), Eigen::Vector3d::UnitX(), 1);
   PlanMatch match;
-  match.turn = 0.4;
+  match.angle = 0.4;
   match.shift = {2, -3};
   const Eigen::Isometry3d T = poseOf(source, target, match, 1.5);
   EXPECT_TRUE(testing::isRigid(T, 1e-12));

@@ -144,7 +144,7 @@ TEST_F(PosesOfARoom, LeadersArePolishedDownToTheOddsOfARival)
   // Given the same weight as the best one, the second is a rival; the third is not.
   poses[1].log_prior -= logOdds(poses[1], poses[0], scans.posteriorModel());
   poses[2].log_prior -= logOdds(poses[2], poses[0], scans.posteriorModel());
-  poses[2].log_prior += 1.01 * std::log(scans.config().judgement.rival);
+  poses[2].log_prior += 1.01 * std::log(1 - scans.config().judgement.decided);
   const std::vector<ScoredPose> polished = polishLeaders(scans, poses, stages_);
   ASSERT_FALSE(polished.empty());
   EXPECT_TRUE(polished[0].polish);
@@ -157,6 +157,22 @@ TEST_F(PosesOfARoom, LeadersArePolishedDownToTheOddsOfARival)
   EXPECT_FALSE(third->polish);
   EXPECT_GT(uncertaintyOf(scans, polished[0]).information.norm(), 0);
   EXPECT_EQ(uncertaintyOf(scans, *third).information.norm(), 0);
+}
+
+TEST_F(PosesOfARoom, WhenALeaderLosesByItsPolishTheNextIsPolished)
+{
+  const PatchPair scans = pair();
+  const std::vector<ScoredPose> poses = keepDistinct(scans, {scored(scans, 0), scored(scans, 1.0)}, 10);
+  ASSERT_EQ(poses.size(), 2U);
+  // Far ahead, so that the truth is no rival, but only until it is scored again where its polish ends.
+  ScoredPose wrong = poses[1];
+  wrong.log_prior += 20 - logOdds(wrong, poses[0], scans.posteriorModel());
+  const std::vector<ScoredPose> polished = polishLeaders(scans, {wrong, poses[0]}, stages_);
+  ASSERT_FALSE(polished.empty());
+  EXPECT_TRUE(polished[0].polish);
+  EXPECT_LT(
+      translationBetween(polished[0].T_target_source, scans.toInner(scans_->T_target_source), scans_->source.viewpoint),
+      0.03);
 }
 
 /// A corridor between rows of fins that repeat: one period along it, the same surfaces meet again.
@@ -177,7 +193,7 @@ TEST(NeighbouringOptima, AreRivalsOfTheBestPose)
   Options options;
   RefinementConfig& config = options.patch_profile.refinement;
   config.explored_deviation = 0; // along every motion, however well it seems to be known
-  options.patch_profile.judgement.rival = 1e-6;
+  options.patch_profile.judgement.decided = 1 - 1e-6;
   config.distinct_distance =
       0.9 * kPeriod / PatchPair(scans.source, scans.target, options, nullptr, Deadline()).scale();
   const PatchPair pair(scans.source, scans.target, options, nullptr, Deadline());

@@ -52,6 +52,15 @@ mainNormals(const std::vector<Vector3d>& directions)
   return normals;
 }
 
+TEST(ParallelCos, IsOfTwiceWhatADirectionIsGoodTo)
+{
+  SearchConfig config;
+  config.direction_error = 0.2;
+  EXPECT_NEAR(std::acos(parallelCos(config)), 0.4, 1e-12);
+  config.direction_error = 1.5; // good to nothing: all surface
+  EXPECT_NEAR(parallelCos(config), 0, 1e-12);
+}
+
 TEST(WithVertical, OneMoreUnlessOneIsThere)
 {
   const Vector3d up = Vector3d::UnitZ();

@@ -3,8 +3,7 @@
 
 #include <apps/align/pictures.h>
 
-#include "common/angles.h"
-
+#include <apps/common/degrees.h>
 #include <apps/drawing/scene_drawing.h>
 
 #include <array>

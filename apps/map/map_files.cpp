@@ -3,10 +3,9 @@
 
 #include <apps/map/map_files.h>
 
-#include "common/angles.h"
-
 #include <pcl_ssfr/version.h>
 
+#include <apps/common/degrees.h>
 #include <apps/common/format_text.h>
 #include <apps/common/json_values.h>
 #include <apps/io/csv_line.h>

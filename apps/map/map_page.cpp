@@ -3,8 +3,7 @@
 
 #include <apps/map/map_page.h>
 
-#include "common/angles.h"
-
+#include <apps/common/degrees.h>
 #include <apps/common/json_values.h>
 
 #include <cmath>

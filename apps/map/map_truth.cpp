@@ -5,6 +5,8 @@
 
 #include "common/rotation_math.h"
 
+#include <apps/common/degrees.h>
+
 #include <Eigen/Cholesky>
 
 #include <algorithm>

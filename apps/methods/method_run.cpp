@@ -182,7 +182,7 @@ preparePair(const std::string& name,
     const double radius =
         std::max(input.scales.normal_radius, input.rule.polish_normals * input.correspondence_distance);
     const double thickness =
-        input.correspondence_distance / options.patch_profile.judgement.uncertainty.reach_deviations;
+        input.correspondence_distance / options.patch_profile.judgement.uncertainty.bound_deviations;
     const auto keep = [&](Cloud::Ptr& cloud, const Eigen::Vector3d& sensor) {
       cloud = planarPoints(*cloud, sensor, radius, thickness, input.threads);
     };

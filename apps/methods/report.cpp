@@ -3,11 +3,11 @@
 
 #include <apps/methods/report.h>
 
-#include "common/angles.h"
 #include "judgement/scored_pose.h"
 
 #include <pcl_ssfr/version.h>
 
+#include <apps/common/degrees.h>
 #include <apps/common/format_text.h>
 #include <apps/common/json_values.h>
 #include <apps/methods/options_json.h>

@@ -3,8 +3,7 @@
 
 #include <apps/pairs/degradation.h>
 
-#include "common/angles.h"
-
+#include <apps/common/degrees.h>
 #include <apps/common/random_stream.h>
 
 #include <algorithm>

@@ -3,7 +3,7 @@
 
 #include <apps/pairs/measures.h>
 
-#include "common/angles.h"
+#include <apps/common/degrees.h>
 
 #include <algorithm>
 #include <cmath>

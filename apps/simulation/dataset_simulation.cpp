@@ -7,6 +7,7 @@
 
 #include <pcl_ssfr/version.h>
 
+#include <apps/common/degrees.h>
 #include <apps/common/random_stream.h>
 #include <apps/io/io_error.h>
 #include <apps/simulation/ray_caster.h>

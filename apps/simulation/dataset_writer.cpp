@@ -3,8 +3,7 @@
 
 #include <apps/simulation/dataset_writer.h>
 
-#include "common/angles.h"
-
+#include <apps/common/degrees.h>
 #include <apps/io/io_error.h>
 
 #include <csignal>

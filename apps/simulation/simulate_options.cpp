@@ -3,9 +3,8 @@
 
 #include <apps/simulation/simulate_options.h>
 
-#include "common/angles.h"
-
 #include <apps/common/command_line.h>
+#include <apps/common/degrees.h>
 #include <apps/io/io_error.h>
 #include <apps/io/text_scanner.h>
 #include <apps/simulation/dataset_writer.h>

@@ -3,10 +3,9 @@
 
 #include <apps/simulation/simulation_report.h>
 
-#include "common/angles.h"
-
 #include <pcl_ssfr/version.h>
 
+#include <apps/common/degrees.h>
 #include <apps/common/format_text.h>
 
 #include <algorithm>

@@ -5,6 +5,7 @@
 
 #include "common/angles.h"
 #include "common/stage_names.h"
+#include "directions/scene_directions.h"
 #include "profiles/hypothesis_source.h"
 #include "profiles/patch_pair.h"
 
@@ -263,7 +264,7 @@ ViewModel::patchAxes(const Eigen::Matrix3d& R) const
   const OrientedSamples& source = source_.patches.samples;
   const OrientedSamples& target = target_.patches.samples;
   const Eigen::Matrix3d axes =
-      chooseSearchAxes(source, target, search.target_normals, R, search.options.config.parallel_cos);
+      chooseSearchAxes(source, target, search.target_normals, R, parallelCos(search.options.config));
   const std::array<int, 3> counts{{search.options.pass.peaks_first, search.options.pass.peaks_second, 0}};
   std::array<AxisView, 3> views;
   for (std::size_t k = 0; k < 3; ++k) {
@@ -520,7 +521,7 @@ ViewModel::passSteps(const ViewedPass& search, const std::string& suffix) const
     return steps;
   const Eigen::Matrix3d& R = nearest->R_target_source;
   const Eigen::Matrix3d axes = chooseSearchAxes(
-      source_.patches.samples, target_.patches.samples, search.target_normals, R, search.options.config.parallel_cos);
+      source_.patches.samples, target_.patches.samples, search.target_normals, R, parallelCos(search.options.config));
   for (int k = 0; k < 2; ++k) {
     const int tried = k == 0 ? search.options.pass.peaks_first : search.options.pass.peaks_second;
     steps.push_back(shiftStep(search, R, axes.col(k), tried));

@@ -5,6 +5,7 @@
 
 #include "common/angles.h"
 
+#include <apps/common/degrees.h>
 #include <apps/drawing/chart.h>
 #include <apps/view/patch_drawing.h>
 #include <apps/view/sphere_drawing.h>

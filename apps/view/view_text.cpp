@@ -3,7 +3,7 @@
 
 #include <apps/view/view_text.h>
 
-#include "common/angles.h"
+#include <apps/common/degrees.h>
 
 #include <cmath>
 

@@ -183,7 +183,7 @@ judge(const io::DatasetFolder& folder,
   const auto run = [&] { found = method(); };
   outcome.seconds = settings.cpu ? medianCpuSeconds(settings.runs, run) : medianSeconds(settings.runs, run);
   const Eigen::Isometry3d error = found.inverse() * pair.T_target_source;
-  outcome.solved = Eigen::AngleAxisd(error.linear()).angle() * kDegreesPerRadian <= folder.success_rotation_deg &&
+  outcome.solved = Eigen::AngleAxisd(error.linear()).angle() <= folder.success_rotation_deg * kDegree &&
                    error.translation().norm() <= folder.success_translation_m;
   return outcome;
 }

@@ -13,9 +13,11 @@ namespace pcl_ssfr {
 
 // The tuned numbers of Profile::Default, for those who experiment: nobody has to set them. Lengths are for a scene of
 // scale 1 (rooms to streets) and are multiplied by the scale of the pair once (METHOD, "Scale"). Where a number comes
-// from is said next to it; "fitted" means by scripts/fit_posterior. Those without a word on it are not sensitive:
-// halved or doubled, half of all numbers change none of 221 hard pairs of 13 sets, most of the others one to four, and
-// none makes a false positive (scripts/number_table; RESULTS, "What a number changes").
+// from is said next to it; "fitted" means by scripts/fit_posterior. Which ones matter: RESULTS, "What a number changes"
+// (scripts/number_table): halved or doubled, half of all numbers change none of 221 hard pairs of 13 sets, most of the
+// others one to four; distances and angles of a match, which the posterior was fitted with, change up to twenty.
+// Unless said otherwise lengths are > 0, angles in (0, pi/2], counts >= 1, shares in [0, 1] and fitted weights >= 0;
+// validate() says which one is not.
 
 /** \brief How a scan's sensor is looked for among its points where its place is not known (METHOD, "The place of the
  * sensor").
@@ -81,19 +83,20 @@ struct PreparationConfig {
   // Main normals, chords on the unit sphere.
   int max_main_normals = 14;          ///< bound on the pairs of them that are tried as rotations
   double density_radius = 0.1;        ///< width of the kernel; half the bandwidth, and closer modes are one
-  double silence_chord = 0.26;        ///< two densest regions are at least this far apart
   double min_relative_density = 0.02; ///< of the densest region
-  int max_density_queries = 8192;     ///< bound on the time of scans with very many patches
+  int max_density_queries = 8192;     ///< >= 0; bound on the time of scans with very many patches
 
   // What the pair is searched, refined and judged by.
-  double direction_radius = 0.35; ///< [rad] surface whose normal is within this of a main normal belongs to it
-  int votes = 160;                ///< places that vote in the search for translations
-  double index_voxel = 0.5;       ///< edge of a voxel of the index of patches [m]
-  double range_cell = 0.01745;    ///< width of a direction of the range image [rad], (0, pi/2]
-  int coarse_patches = 600;       ///< that stand for all in the coarse refinement
-  int clutter_points = 1000; ///< that fit no plane, of a scan, that are laid into the other one: one of a finest cell
-  int polish_points = 2;     ///< of each ...
-  int polish_group = 25;     ///< ... thinned points of a patch for the polish; larger groups ...
+  double same_facing = 0.35;   ///< [rad] surface whose normal is within this of a main normal belongs to it, and in the
+                               ///< fine refinement and the evidence patches match whose normals are
+  double loose_facing = 0.5;   ///< [rad] the same in the search and the coarse refinement
+  int votes = 160;             ///< places that vote in the search for translations
+  double range_cell = 0.01745; ///< [rad] width of a direction of the range image
+  int coarse_patches = 600;    ///< that stand for all in the coarse refinement, and where scans are seen along an axis
+  /// >= 0, points that fit no plane, of a scan, that are laid into the other one: one of a finest cell.
+  int clutter_points = 1000;
+  int polish_points = 2;         ///< of each ...
+  int polish_group = 25;         ///< ... thinned points of a patch for the polish; larger groups ...
   int max_polish_points = 20000; ///< ... where they would be more in all than this
 
   ViewpointSearchConfig viewpoint; ///< where the place of the sensor is not known
@@ -109,67 +112,51 @@ struct SearchPass {
   bool little_overlap{}; ///< by the votes for a pose for each one against it: scans that share little
 };
 
-/// The search for poses of scans that have one direction only in common: seen along it (METHOD, "Search"). Twice and
-/// half of these numbers find the same poses.
-struct PlanSearchConfig {
-  int elements = 500; ///< of a scan that are correlated, and half as many points: more take longer and find no more
-  double cell = 1;    ///< [m] step of the shifts: half a step of the rotation moves things 13 m away by as much
-  double height = 2;  ///< [m] along the axis within which they meet: a storey apart they do not
-};
-
 /// The search for poses (METHOD, "Search").
 struct SearchConfig {
   double direction_error = 0.12; ///< [rad] a main normal is this exact at worst: inner angles of matched pairs agree
-                                 ///< within it, and rotations that are closer are merged
+                                 ///< within it, rotations that are closer are merged, and surface faces
+                                 ///< along an axis within twice it, as both may err
   int rotations = 24;            ///< best supported rotations that are searched: as many as a Manhattan room has
-  int sweep_axes = 2;   ///< main normals about which rotations are swept where others do not determine them: three
-                        ///< solve no more real pairs and no more simulated ones
+  int sweep_axes = 2; ///< >= 0; main normals about which rotations are swept where others do not determine them: three
+                      ///< solve no more real pairs and no more simulated ones
   int sweep_steps = 40; ///< rotations about an axis, 9 degrees apart: half of it is in reach of the refinement
   /// A scene is round about an axis when, of the surface that faces across it, at most this share does in the fullest
-  /// third of all directions: then the main normals across the axis are arbitrary.
+  /// third of all directions (as many as sweep_steps): then the main normals across the axis are arbitrary.
   double round_share = 0.6;
   double bin_width = 0.1;          ///< [m] of the histograms along an axis
-  double parallel_cos = 0.97;      ///< surface counts along an axis when its normal is that parallel: within 14 degrees
   double screening_share = 0.5;    ///< of the best count of votes so far, that an eighth of them must promise
-  double least_votes = 0.04;       ///< share of the votes that a pose of scans that share little must have
   double contradiction_weight = 2; ///< of a vote against a pose of scans that share much, rough as it is yet
-  int peak_neighbours = 2; ///< where little overlaps: shifts tried on each side of the highest peak, two steps apart
   /// Of 271 real pairs all solved ones had a pose near the truth with 0.65 of the most votes, of 375 simulated ones 373
   /// with 0.4.
   SearchPass much_overlap = {5, 8, 80, 0.4, 8, false};
   /// For scans that share little, when the first pass does not decide: three times as many poses.
   SearchPass little_overlap = {8, 24, 240, 0, 16, true};
-  PlanSearchConfig plan; ///< when that does not decide either
 };
 
 /// Refinement and polish of poses, and which of them are the same (METHOD, "Refinement").
 struct RefinementConfig {
   double coarse_reach = 0.5;        ///< [m] plane distance of a match at the start of the coarse refinement; half of it
                                     ///< is the step of the exhaustive search for translations
-  double coarse_final = 0.15;       ///< [m] and at its end
   int coarse_steps = 6;             ///< of the coarse refinement
-  double fine_final = 0.05;         ///< [m]
-  int fine_steps = 15;              ///< of the fine refinement, at most; smaller steps than match_noise end it
+  int fine_steps = 8;               ///< of the fine refinement, at most; smaller steps than match_noise end it
   double polish_reach = 0.3;        ///< [m] of the polish, which ends at EvidenceConfig::match, or at less: what the
-                                    ///< matches leave, UncertaintyConfig::reach_deviations times to either side
+                                    ///< matches leave, UncertaintyConfig::bound_deviations times to either side
   double match_noise = 0.001;       ///< [m] what matches are good to, at best: smaller motions find no other ones
   double kept_score = 0.9;          ///< share of the score that a refinement, which makes a pose more exact, may cost
   double distinct_distance = 0.3;   ///< [m] poses nearer than this at the source's sensor ...
   double distinct_angle = 0.05;     ///< [rad] ... and than this are one
-  int polished = 4;                 ///< leaders that are polished, at most
   double explored_deviation = 0.01; ///< [m] standard deviation of the matched surface along a motion from which on the
                                     ///< neighbourhood along it is searched for another optimum; 0.005 finds no more
 };
 
 /// What is a match and what contradicts a pose (METHOD, "Evidence").
 struct EvidenceConfig {
-  double loose_match = 0.2;         ///< [m] of a match after the coarse refinement, where the fine one starts
-  double match = 0.1;               ///< [m] and after the fine one
+  double loose_match = 0.2;         ///< [m] of a match where the coarse refinement ends and the fine one starts
+  double match = 0.1;               ///< [m] and where the fine one ends: of a match, and what is counted
   double margin = 0.3;              ///< [m] beyond the edge of a patch it is still the patch, in front of the nearest
                                     ///< return it is not yet free space
-  double range_margin = 0.05;       ///< of a range, before and behind what was seen, besides
-  double loose_normals = 0.5;       ///< [rad] angle of the normals of a match in the search
-  double normals = 0.35;            ///< [rad] and after the fine refinement
+  double range_margin = 0.05;       ///< of a range, before and behind what was seen, in addition
   double contradiction_weight = 14; ///< of the score: contradictions are rare and precious
 };
 
@@ -229,19 +216,19 @@ struct UncertaintyConfig {
   /// Largest standard deviation of a rotation that is determined [rad]: nine of ten such poses are right to two
   /// degrees.
   double max_rotation = 0.0212;
-  /// Deviations of what leaves planes apart that correspondence_distance and the scales of matches cover: 99.7 %.
-  double reach_deviations = 3;
+  /// Standard deviations that a bound stands for, 99.7 %: the tolerance of a given vertical, correspondence_distance
+  /// and the scales of matches.
+  double bound_deviations = 3;
 };
 
 /// What is known of a pose beforehand, and how far it counts (METHOD, "Priors").
 struct PriorConfig {
-  double pose_error = 0.01;        ///< [rad] of the rotation of a refined pose
-  double tolerance_deviations = 3; ///< standard deviations of a given vertical that its tolerance stands for
-  double match_inflation = 5;      ///< deviation of a tilt over what its matches claim, which err where they are few
-  double guess_trust = 30;         ///< prior odds of a pose at the guess over one far from it
-  double guess_deviation = 1;      ///< [m] of a guess without a tolerance, rotations at the radius of the scan
-  double sensor_on_sensor = 0.05;  ///< prior odds of a sensor that has not moved, by a bin of the histograms: the
-                                   ///< patterns of the rays coincide there, which looks like evidence
+  double pose_error = 0.01;       ///< [rad] of the rotation of a refined pose
+  double match_inflation = 5;     ///< deviation of a tilt over what its matches claim, which err where they are few
+  double guess_trust = 30;        ///< prior odds of a pose at the guess over one far from it
+  double guess_deviation = 1;     ///< [m] of a guess without a tolerance, rotations at the radius of the scan
+  double sensor_on_sensor = 0.05; ///< prior odds of a sensor that has not moved, by a bin of the histograms: the
+                                  ///< patterns of the rays coincide there, which looks like evidence
 };
 
 /// What follows from the posterior.
@@ -253,15 +240,17 @@ struct JudgementConfig {
   PosteriorConfig posterior = {1.34, 5.73, 1.49, 1.58, 0.5, 9.0};
   /// The same where a viewpoint is not known: nothing can contradict.
   PosteriorConfig posterior_blind = {0.40, 0, 1.08, 0.99, 0.38, 1.93};
-  RatioModelConfig ratios;    ///< of both
-  double chance_edge = 1;     ///< [m] of a square of surface that may meet by chance; 1.7 times as much fits as well
-  double rival = 0.02;        ///< odds against the best pose from which on another one is polished too; it is refined
-                              ///< from the square of them on, as less is known of it
-  double decided = 0.9;       ///< probability that the truth is among the poses from which on none is looked for
-  double unsettled = 0.5;     ///< confidence, at most, of the best pose of a search that was cut short, and of one
-                              ///< with a direction that the scene does not determine
-  double fair_overlap = 0.15; ///< of the surface: with less a message doubts that the scans show one place
-  double named_contradiction = 0.1; ///< share of the visible surface from which on it is named as the reason
+  RatioModelConfig ratios; ///< of both
+  double chance_edge = 1;  ///< [m] of a square of surface that may meet by chance; 1.7 times as much fits as well
+  /// Probability that the truth is among the poses from which on no other is looked for. Poses whose odds against the
+  /// best one are what this leaves, 1 : 10, are polished too, and refined from the square of that on: less is known
+  /// then.
+  double decided = 0.9;
+  double unsettled = 0.5; ///< confidence, at most, of the best pose of a search that was cut short, and of one
+                          ///< with a direction that the scene does not determine
+  /// Share of the surface from which on a status names it as the reason: that contradicts, of what is visible; with
+  /// less that meets, a message doubts that the scans show one place.
+  double named_share = 0.1;
 };
 
 /// All numbers of Profile::Default beyond the options.

@@ -23,6 +23,12 @@ nearestRotation(const Eigen::Matrix3d& matrix)
 }
 
 double
+angleBetweenDirections(const Eigen::Vector3d& a, const Eigen::Vector3d& b)
+{
+  return std::atan2(a.cross(b).norm(), a.dot(b));
+}
+
+double
 angleBetween(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b)
 {
   return Eigen::AngleAxisd(a.transpose() * b).angle();
@@ -31,8 +37,7 @@ angleBetween(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b)
 bool
 keepsVertical(const Eigen::Matrix3d& R_target_source, const GravityPrior& gravity, double tolerance)
 {
-  const Eigen::Vector3d up = R_target_source * gravity.up_source;
-  return std::atan2(up.cross(gravity.up_target).norm(), up.dot(gravity.up_target)) <= tolerance;
+  return angleBetweenDirections(R_target_source * gravity.up_source, gravity.up_target) <= tolerance;
 }
 
 void

@@ -17,6 +17,10 @@ namespace pcl_ssfr {
 Eigen::Matrix3d
 nearestRotation(const Eigen::Matrix3d& matrix);
 
+/// Angle between two directions of any length > 0 [rad], [0, pi].
+double
+angleBetweenDirections(const Eigen::Vector3d& a, const Eigen::Vector3d& b);
+
 /// Angle of the rotation that leads from one to the other [rad], [0, pi].
 double
 angleBetween(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b);

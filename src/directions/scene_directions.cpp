@@ -6,18 +6,17 @@
 #include "common/rotation_math.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <functional>
 
 namespace pcl_ssfr {
 
-namespace {
-
-constexpr std::size_t kBins = 36; // of the directions across an axis
-
-} // namespace
+double
+parallelCos(const SearchConfig& config)
+{
+  return std::cos(std::min(2 * config.direction_error, kPi / 2));
+}
 
 std::vector<MainNormal>
 withVertical(std::vector<MainNormal> main_normals, const Eigen::Vector3d& up, const SearchConfig& config)
@@ -37,21 +36,23 @@ isRoundAbout(const OrientedSamples& samples, const Eigen::Vector3d& axis, const 
 {
   const Eigen::Vector3d x = axis.unitOrthogonal();
   const Eigen::Vector3d y = axis.cross(x);
-  std::array<double, kBins> around{};
+  const auto bins = static_cast<std::size_t>(config.sweep_steps); // as rotations about it would be tried
+  std::vector<double> around(bins, 0.0);
+  const double parallel_cos = parallelCos(config);
   for (Eigen::Index i = 0; i < samples.size(); ++i) {
     const Eigen::Vector3d n = samples.normals.col(i);
     const double along = n.dot(axis);
-    if (1 - along * along < config.parallel_cos * config.parallel_cos)
+    if (1 - along * along < parallel_cos * parallel_cos)
       continue; // it does not face across
     const double share = std::atan2(n.dot(y), n.dot(x)) / (2 * kPi) + 0.5;
-    around[static_cast<std::size_t>(share * static_cast<double>(kBins)) % kBins] += samples.weights[i];
+    around[static_cast<std::size_t>(share * static_cast<double>(bins)) % bins] += samples.weights[i];
   }
   double across = 0;
   for (const double a : around)
     across += a;
   std::sort(around.begin(), around.end(), std::greater<>());
   double full = 0;
-  for (std::size_t k = 0; k < kBins / 3; ++k)
+  for (std::size_t k = 0; k < bins / 3; ++k)
     full += around[k];
   return full < config.round_share * across;
 }

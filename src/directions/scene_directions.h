@@ -16,6 +16,10 @@ namespace pcl_ssfr {
 
 // Which directions of a scan determine its rotation, besides and beyond its main normals.
 
+/// Cosine of the angle up to which surface faces along an axis: both may err by SearchConfig::direction_error.
+double
+parallelCos(const SearchConfig& config = {});
+
 /// Main normals with a known vertical, unit: a direction of the scene even where no surface faces it. As many when one
 /// of them lies within what main normals are good to.
 std::vector<MainNormal>

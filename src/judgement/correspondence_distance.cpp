@@ -43,8 +43,8 @@ correspondenceDistance(const Refinement& polish,
   for (const PrincipalMotion& m : uncertainty.motions)
     if (std::isfinite(m.deviation))
       pose_variance += m.deviation * m.deviation;
-  const double noise = config.reach_deviations * std::max(polish.rms, config.noise_floor);
-  const double pose = std::min(config.reach_deviations * std::sqrt(pose_variance), most);
+  const double noise = config.bound_deviations * std::max(polish.rms, config.noise_floor);
+  const double pose = std::min(config.bound_deviations * std::sqrt(pose_variance), most);
   return std::hypot(noise, pose, spacing / std::sqrt(2.0));
 }
 

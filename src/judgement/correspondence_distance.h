@@ -22,7 +22,7 @@ spacingOf(const PlanarPatches& patches);
  * planes (Refinement::rms: noise, and what the planes do not follow), by the error of the pose where it moves the
  * surface (the deviations of PoseUncertainty::motions; motions that nothing determines are left out: no refiner mends
  * them), and within the plane by half the diagonal of the square that each point stands for. Of the first two it covers
- * UncertaintyConfig::reach_deviations.
+ * UncertaintyConfig::bound_deviations.
  * \param[in] spacing of the sparser scan [m], >= 0
  * \param[in] most bound on the error of the pose [m], > 0: as far as the polish itself looked for matches
  * \return 0 when the polish had no match

@@ -94,7 +94,7 @@ void
 refuse(Decision& decision, const Candidate& best, const DecisionContext& context)
 {
   const double visible = best.overlap + best.contradiction + best.evidence.unmatched;
-  if (best.contradiction > context.config.named_contradiction * visible) {
+  if (best.contradiction > context.config.named_share * visible) {
     decision.status = Status::Contradicted;
     decision.message = formatted("the best pose puts %.1f %% of the surface into space that the other sensor saw to be "
                                  "free, while %.0f %% meets its counterpart",
@@ -104,7 +104,7 @@ refuse(Decision& decision, const Candidate& best, const DecisionContext& context
   }
   decision.status = Status::LowOverlap;
   decision.message =
-      best.overlap >= context.config.fair_overlap
+      best.overlap >= context.config.named_share
           ? notConfidentText(decision.confidence, context.min_confidence) + ": " + explained(best)
           : formatted("under the best pose only %.0f %% of the surface meets its counterpart: the scans may not show "
                       "the same place",
@@ -177,9 +177,10 @@ decide(const std::vector<ScoredPose>& poses, const DecisionContext& context)
   if (is_undetermined)
     decision.confidence = std::min(decision.confidence, context.config.unsettled);
 
-  const bool is_probably_none = !(best.score > 0) || context.posterior.none > 1 - context.min_confidence;
+  const double none = context.posterior.none;
+  const bool is_probably_none = none > 1 - context.min_confidence || !(none < 1);
   // Where much of the surface meets, what the scene does not determine is the reason for both.
-  if (is_undetermined && best.score > 0 && (!is_probably_none || best.overlap >= context.config.fair_overlap)) {
+  if (is_undetermined && (!is_probably_none || best.overlap >= context.config.named_share)) {
     decision.status = Status::Unobservable;
     decision.message = unobservableText(decision, context.uncertainty);
   }

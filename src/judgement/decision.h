@@ -40,11 +40,13 @@ struct Decision {
 
 /** \brief Decide on the most probable of some distinct poses (METHOD, "Decision"): never a confident wrong pose.
  *
- * All follows from the posterior and the uncertainty, b being the confidence that is asked for. A direction that the
- * scene does not determine, where the truth is probably among the poses or much of the surface meets: unobservable. The
- * truth is probably not among the poses (none > 1 - b): contradicted or low overlap, whichever is the reason. Else the
- * first pose is accepted from b on; less than b, though the truth probably is among the poses, is ambiguous. Where
- * poses that are one but for a shift along a line have b together, that line is not determined, and all else is.
+ * All follows from the posterior, the uncertainty and whether the search was complete, b being the confidence that is
+ * asked for. The confidence is the probability of the first pose, JudgementConfig::unsettled at most where a direction
+ * is not determined or the search was cut short. A direction that the scene does not determine, where the truth is
+ * probably among the poses or much of the surface meets: unobservable. The truth is probably not among the poses (none
+ * > 1 - b, or certainly not): contradicted or low overlap, whichever is the reason. Else the first pose is accepted
+ * from b on; less than b, though the truth probably is among the poses, is ambiguous. Where poses that are one but for
+ * a shift along a line have b together, that line is not determined, and all else is.
  * \param[in] poses distinct, most probable first, at least one
  */
 Decision

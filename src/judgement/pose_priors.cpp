@@ -14,13 +14,6 @@ namespace {
 
 constexpr double kLeastDeviation = 1e-4; // [rad] of a prior: no scan is known to less
 
-/// Angle between two directions of any length [rad].
-double
-angleOf(const Eigen::Vector3d& a, const Eigen::Vector3d& b)
-{
-  return std::atan2(a.cross(b).norm(), a.dot(b));
-}
-
 double
 information(double deviation)
 {
@@ -35,7 +28,8 @@ PosePriors::PosePriors(const Options& options,
                        double radius,
                        const PatchProfileConfig& config)
     : config_(config.judgement.prior), gravity_(options.gravity), radius_(radius), place_(place),
-      direction_error_(config.search.direction_error), translation_margin_(config.refinement.distinct_distance)
+      bound_deviations_(config.judgement.uncertainty.bound_deviations), direction_error_(config.search.direction_error),
+      translation_margin_(config.refinement.distinct_distance)
 {
   if (guess && options.guess_tolerance) {
     guess_ = guess;
@@ -102,8 +96,8 @@ PosePriors::logPrior(const Eigen::Isometry3d& T_target_source) const
 {
   double log_prior = 0;
   if (gravity_) {
-    const double tilt = angleOf(T_target_source.linear() * gravity_->up_source, gravity_->up_target);
-    log_prior -= 0.5 * std::pow(tilt, 2) * poseInformation(gravity_->tolerance / config_.tolerance_deviations);
+    const double tilt = angleBetweenDirections(T_target_source.linear() * gravity_->up_source, gravity_->up_target);
+    log_prior -= 0.5 * std::pow(tilt, 2) * poseInformation(gravity_->tolerance / bound_deviations_);
   }
   if (guess_)
     log_prior -= 0.5 * (std::pow(rotationBetween(T_target_source, *guess_), 2) * poseInformation(tolerance_.rotation) +
@@ -132,8 +126,7 @@ PosePriors::rotationInformation() const
     known += information(tolerance_.rotation) * Eigen::Matrix3d::Identity();
   if (gravity_) {
     const Eigen::Vector3d up = gravity_->up_target.normalized();
-    known += information(gravity_->tolerance / config_.tolerance_deviations) *
-             (Eigen::Matrix3d::Identity() - up * up.transpose());
+    known += information(gravity_->tolerance / bound_deviations_) * (Eigen::Matrix3d::Identity() - up * up.transpose());
   }
   return known;
 }
@@ -142,7 +135,7 @@ PosePriors::rotationInformation() const
 double
 PosePriors::tiltDeviation() const
 {
-  return std::max(gravity_->tolerance / (config_.tolerance_deviations * config_.match_inflation), kLeastDeviation);
+  return std::max(gravity_->tolerance / (bound_deviations_ * config_.match_inflation), kLeastDeviation);
 }
 
 } // namespace pcl_ssfr

@@ -95,6 +95,7 @@ private:
   std::optional<Eigen::Isometry3d> hint_;  ///< of no known tolerance
   double radius_;
   Eigen::Vector3d place_;
+  double bound_deviations_;   ///< standard deviations of a vertical that its tolerance stands for
   double direction_error_;    ///< of a proposed rotation [rad]
   double translation_margin_; ///< of a proposed pose [m]
 };

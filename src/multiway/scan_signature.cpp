@@ -3,6 +3,8 @@
 
 #include "multiway/scan_signature.h"
 
+#include "directions/scene_directions.h"
+
 #include <cmath>
 
 namespace pcl_ssfr {
@@ -13,7 +15,7 @@ signatureOf(const VotingSamples& votes, double scale, const MultiwayOptions& opt
   const SearchConfig& search = options.registration.patch_profile.search;
   const auto bins = static_cast<Eigen::Index>(std::ceil(options.candidates.reach / search.bin_width));
   const float per_length = static_cast<float>(1 / (search.bin_width * scale));
-  const auto parallel = static_cast<float>(search.parallel_cos);
+  const auto parallel = static_cast<float>(parallelCos(search));
   Eigen::VectorXf sums = Eigen::VectorXf::Zero(bins + 1);
   for (Eigen::Index i = 0; i < votes.points.cols(); ++i)
     for (Eigen::Index k = i + 1; k < votes.points.cols(); ++k) {

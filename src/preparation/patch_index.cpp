@@ -13,9 +13,8 @@ namespace pcl_ssfr {
 
 namespace {
 
-constexpr double kClassRadius = 0.52; // [rad] a patch counts for the direction classes within this of its normal
-constexpr float kRounding = 1e-5f;    // of coordinates, generously
-constexpr double kReach = 0.05;       // voxels: each 0.1 more makes find() 5 % slower, and solves no more pairs
+constexpr float kRounding = 1e-5f; // of coordinates, generously
+constexpr double kReach = 0.05;    // voxels: each 0.1 more makes find() 5 % slower, and solves no more pairs
 
 std::array<Eigen::Vector3f, kDirectionClasses>
 makeClassCentres()
@@ -111,12 +110,12 @@ PatchIndex::rasterise(const Plane& plane, const Visit& visit) const
     }
 }
 
-PatchIndex::PatchIndex(const PlanarPatches& patches, double voxel, std::size_t max_voxels)
+PatchIndex::PatchIndex(const PlanarPatches& patches, double voxel, double facing, std::size_t max_voxels)
 {
   if (patches.size() == 0)
     return;
   layOut(addPlanes(patches, voxel), voxel, max_voxels);
-  fill(patches.samples.oriented);
+  fill(patches.samples.oriented, facing);
 }
 
 PatchIndex::Box
@@ -164,7 +163,7 @@ PatchIndex::layOut(const Box& box, double voxel, std::size_t max_voxels)
 }
 
 void
-PatchIndex::fill(bool oriented)
+PatchIndex::fill(bool oriented, double facing)
 {
   // Voxels of all planes, in the order of the planes; blocks are numbered as they are met.
   std::vector<std::uint32_t> voxels;
@@ -187,9 +186,9 @@ PatchIndex::fill(bool oriented)
   starts_.assign(size + 1, 0);
   std::size_t at = 0;
   for (std::size_t i = 0; i < planes_.size(); ++i) {
-    std::uint64_t bits = directionClassesNear(planes_[i].column(0), kClassRadius);
+    std::uint64_t bits = directionClassesNear(planes_[i].column(0), facing);
     if (!oriented)
-      bits |= directionClassesNear(-planes_[i].column(0), kClassRadius);
+      bits |= directionClassesNear(-planes_[i].column(0), facing);
     for (; at < ends[i]; ++at) {
       masks_[voxels[at]] |= bits;
       ++starts_[voxels[at] + 1];

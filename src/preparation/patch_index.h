@@ -6,6 +6,8 @@
 #include "common/vector_clones.h"
 #include "preparation/planar_patches.h"
 
+#include <pcl_ssfr/patch_config.h>
+
 #include <Eigen/Core>
 
 #include <array>
@@ -86,8 +88,12 @@ public:
 
   /** \param[in] patches the patches
    * \param[in] voxel wanted edge of a voxel [m]; grows where the grid would have more than \p max_voxels
+   * \param[in] facing [rad] angle up to which countFacing() takes a patch for one that faces the same way
    */
-  PatchIndex(const PlanarPatches& patches, double voxel, std::size_t max_voxels = std::size_t{1} << 21);
+  PatchIndex(const PlanarPatches& patches,
+             double voxel,
+             double facing = PreparationConfig{}.loose_facing,
+             std::size_t max_voxels = std::size_t{1} << 21);
 
   bool
   empty() const
@@ -273,9 +279,9 @@ private:
   /// The grid over the box, of wider voxels where it would have more than \p max_voxels.
   void
   layOut(const Box& box, double voxel, std::size_t max_voxels);
-  /// Patches of each voxel, and the directions that they face; both sides where they are not \p oriented.
+  /// Patches of each voxel, and the directions within \p facing of theirs; both sides where they are not \p oriented.
   void
-  fill(bool oriented);
+  fill(bool oriented, double facing);
   /// Visit the rows of voxels that hold a place within reach of the plane.
   template <typename Visit>
   void

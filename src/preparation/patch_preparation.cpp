@@ -188,7 +188,7 @@ patchDensityOptions(const Options& options)
   const PreparationConfig& config = options.patch_profile.preparation;
   density.radius = options.density_radius > 0 ? options.density_radius : config.density_radius;
   density.max_regions = config.max_main_normals;
-  density.silence_chord = config.silence_chord;
+  density.silence_chord = 2 * density.radius; // closer modes are one
   density.min_relative_density = config.min_relative_density;
   density.max_queries = config.max_density_queries;
   return density;
@@ -243,19 +243,19 @@ preparePatchScan(const ScanView& scan, const Options& options, const Deadline& d
   if (!prepared.unfinished.empty())
     return prepared;
 
-  prepared.votes =
-      drawVotingSamples(prepared.patches.samples, prepared.main_normals, config.votes, config.direction_radius);
+  prepared.votes = drawVotingSamples(prepared.patches.samples, prepared.main_normals, config.votes, config.same_facing);
   prepared.coarse = selectPatches(
       prepared.patches,
-      drawRepresentatives(
-          prepared.patches.samples, prepared.main_normals, config.coarse_patches, config.direction_radius));
+      drawRepresentatives(prepared.patches.samples, prepared.main_normals, config.coarse_patches, config.same_facing));
   prepared.coarse.samples.weights.setOnes(); // each stands for others, small and large ones
   prepared.clutter = drawClutter(cloud, prepared.patches, config.patches, config.clutter_points);
   prepared.patches.clutter = std::vector<std::uint32_t>(); // of points that are gone soon
   prepared.surface =
       drawSurfacePoints(cloud, prepared.patches, config.polish_points, config.polish_group, config.max_polish_points);
   cloud = ThinnedCloud(); // its memory goes before the index needs some
-  prepared.index = PatchIndex(prepared.patches, lengths.index_voxel);
+  // A voxel is as wide as the geometric mean of the edges of patches: each lists few, and each is listed in few.
+  const double levels = 0.5 * (config.patches.finest_level + config.patches.coarsest_level);
+  prepared.index = PatchIndex(prepared.patches, lengths.leaf * std::exp2(levels), config.loose_facing);
   prepared.stages.push_back(clock.lap("index", count(prepared.patches.size()), count(prepared.surface.points.cols())));
   return prepared; // complete, even if the time has run out meanwhile
 }

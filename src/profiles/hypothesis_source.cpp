@@ -109,9 +109,10 @@ HypothesisSource::searchPlans() const
   const SearchConfig& config = pair_.config().search;
   const PosePriors& priors = pair_.priors();
   PlanSearchOptions options;
-  options.config = config.plan;
+  options.elements = pair_.options().patch_profile.preparation.coarse_patches;
+  options.cell = 2 * pair_.config().refinement.coarse_reach;
   options.matches = config.much_overlap.refined;
-  options.turns = config.sweep_steps;
+  options.rotations = config.sweep_steps;
   options.reach = std::max(pair_.source().extent.radius, pair_.target().extent.radius);
   options.voting = searchOptions(config.little_overlap);
   options.threads = pair_.threads();

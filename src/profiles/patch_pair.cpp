@@ -60,13 +60,13 @@ PatchPair::seesFreeSpace() const
 VisibilityOptions
 PatchPair::searchTolerances() const
 {
-  return tolerances(config_.judgement.evidence.loose_match, config_.judgement.evidence.loose_normals);
+  return tolerances(config_.judgement.evidence.loose_match, config_.preparation.loose_facing);
 }
 
 VisibilityOptions
 PatchPair::fineTolerances() const
 {
-  return tolerances(config_.judgement.evidence.match, config_.judgement.evidence.normals);
+  return tolerances(config_.judgement.evidence.match, config_.preparation.same_facing);
 }
 
 SurfaceEvidence
@@ -88,7 +88,7 @@ PatchPair::evidenceAt(const Eigen::Isometry3d& T_target_source, const Visibility
 void
 PatchPair::scoreCoarse(ScoredPose& pose) const
 {
-  score(pose, tolerances(config_.judgement.evidence.loose_match, config_.judgement.evidence.loose_normals));
+  score(pose, searchTolerances());
 }
 
 void
@@ -101,8 +101,9 @@ Eigen::Isometry3d
 PatchPair::refinedCoarse(const Eigen::Isometry3d& T_target_source) const
 {
   const RefinementConfig& c = config_.refinement;
+  const EvidenceConfig& evidence = config_.judgement.evidence;
   const RefinementOptions options =
-      refinement(c.coarse_reach, c.coarse_final, config_.judgement.evidence.loose_normals, c.coarse_steps);
+      refinement(c.coarse_reach, evidence.loose_match, config_.preparation.loose_facing, c.coarse_steps);
   return refinePatches(source_.coarse, target_.index, T_target_source, options).T_target_source;
 }
 
@@ -110,8 +111,9 @@ Eigen::Isometry3d
 PatchPair::refinedFine(const Eigen::Isometry3d& T_target_source) const
 {
   const RefinementConfig& c = config_.refinement;
-  RefinementOptions options = refinement(
-      config_.judgement.evidence.loose_match, c.fine_final, config_.judgement.evidence.normals, c.fine_steps);
+  const EvidenceConfig& evidence = config_.judgement.evidence;
+  RefinementOptions options =
+      refinement(evidence.loose_match, evidence.match, config_.preparation.same_facing, c.fine_steps);
   options.min_step = c.match_noise;
   return refinePatches(source_.patches, target_.index, T_target_source, options).T_target_source;
 }
@@ -168,7 +170,7 @@ NoiseRule
 PatchPair::noiseRule() const
 {
   NoiseRule rule;
-  rule.deviations = config_.judgement.uncertainty.reach_deviations;
+  rule.deviations = config_.judgement.uncertainty.bound_deviations;
   rule.most = config_.judgement.evidence.match;
   rule.least = std::min(rule.most, 2 * rule.deviations * config_.refinement.match_noise);
   return rule;
@@ -187,8 +189,8 @@ PatchPair::matchDistance(const Refinement& wide, const Eigen::Isometry3d& T_targ
 RefinementOptions
 PatchPair::lastStep() const
 {
-  const EvidenceConfig& evidence = config_.judgement.evidence;
-  return refinement(evidence.match, evidence.match, evidence.normals, 1);
+  const double match = config_.judgement.evidence.match;
+  return refinement(match, match, config_.preparation.same_facing, 1);
 }
 
 bool
@@ -238,8 +240,10 @@ PatchPair::targetSurface() const
 RefinementOptions
 PatchPair::polishOptions() const
 {
-  const EvidenceConfig& evidence = config_.judgement.evidence;
-  return refinement(config_.refinement.polish_reach, evidence.match, evidence.normals, options_.max_refinement_steps);
+  return refinement(config_.refinement.polish_reach,
+                    config_.judgement.evidence.match,
+                    config_.preparation.same_facing,
+                    options_.max_refinement_steps);
 }
 
 VisibilityOptions

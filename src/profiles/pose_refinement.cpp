@@ -26,12 +26,20 @@ forEachPose(const PatchPair& pair, std::vector<ScoredPose>& poses, const Refine&
   });
 }
 
+/// Log odds that a rival has against the best pose, at least: one that is less probable than what a decision leaves
+/// open changes none.
+double
+leastLogOdds(const PatchPair& pair)
+{
+  return std::log(1 - pair.config().judgement.decided);
+}
+
 /// Whether a pose is too improbable against the best to be worth more work. What is not yet refined may still gain as
 /// much as a rival lacks, so its odds may be the square of a rival's.
 bool
 isHopeless(const PatchPair& pair, const ScoredPose& pose, const ScoredPose& best)
 {
-  return logOdds(pose, best, pair.posteriorModel()) < 2 * std::log(pair.config().judgement.rival);
+  return logOdds(pose, best, pair.posteriorModel()) < 2 * leastLogOdds(pair);
 }
 
 std::vector<ScoredPose>
@@ -125,6 +133,25 @@ nearbyOptima(const PatchPair& pair, const ScoredPose& best)
   return keepDistinct(pair, std::move(neighbours), count);
 }
 
+/// Polish the most probable pose and its rivals. Polished, a pose may lose its lead, and with it others become rivals:
+/// until none is left. \return how many were polished; the poses are ordered, most probable first
+std::size_t
+polishRivals(const PatchPair& pair, std::vector<ScoredPose>& poses)
+{
+  const PosteriorModel model = pair.posteriorModel();
+  std::size_t polished = 0;
+  for (;; ++polished) {
+    sortByProbability(poses, model);
+    const ScoredPose& best = poses.front();
+    const auto next = std::find_if(poses.begin(), poses.end(), [&](const ScoredPose& pose) {
+      return !pose.polish && (&pose == &best || logOdds(pose, best, model) >= leastLogOdds(pair));
+    });
+    if (next == poses.end() || (pair.outOfTime() && best.polish))
+      return polished;
+    pair.polish(*next);
+  }
+}
+
 /// The poses that are none of those before them.
 std::vector<ScoredPose>
 firstDistinct(const PatchPair& pair, std::vector<ScoredPose> poses)
@@ -178,40 +205,16 @@ refineAndMerge(const PatchPair& pair,
 std::vector<ScoredPose>
 polishLeaders(const PatchPair& pair, std::vector<ScoredPose> poses, StageLog& stages)
 {
-  const PosteriorModel model = pair.posteriorModel();
-  const auto isRival = [&](const ScoredPose& pose, const ScoredPose& best) {
-    return logOdds(pose, best, model) >= std::log(pair.config().judgement.rival);
-  };
-  const ScoredPose leader = poses.front();
-  const auto most = std::min(poses.size(), static_cast<std::size_t>(pair.config().refinement.polished));
-  std::vector<ScoredPose> polished, others;
-  bool is_new = false;
-  std::size_t points = 0;
-  for (std::size_t i = 0; i < poses.size(); ++i) {
-    const bool is_leader = i == 0 || (i < most && !pair.outOfTime() && isRival(poses[i], leader));
-    if (is_leader && !poses[i].polish) {
-      pair.polish(poses[i]);
-      is_new = true;
-      points += static_cast<std::size_t>(pair.source().surface.points.cols() + pair.target().surface.points.cols());
-    }
-    (poses[i].polish ? polished : others).push_back(std::move(poses[i]));
+  std::size_t polished = polishRivals(pair, poses);
+  if (polished > 0 && !pair.outOfTime() && pair.options().refine) {
+    for (ScoredPose& pose : nearbyOptima(pair, poses.front()))
+      poses.push_back(std::move(pose));
+    polished += polishRivals(pair, poses);
   }
-  sortByProbability(polished, model);
-  if (is_new && !pair.outOfTime() && pair.options().refine)
-    for (ScoredPose& pose : nearbyOptima(pair, polished.front())) {
-      const bool is_rival = isRival(pose, polished.front());
-      if (is_rival)
-        pair.polish(pose);
-      (is_rival ? polished : others).push_back(std::move(pose));
-    }
-  // Polished, rivals may have changed their order, or be the same pose.
-  polished.insert(polished.end(), others.begin(), others.end());
-  sortByProbability(polished, model);
-  const auto best =
-      std::find_if(polished.begin(), polished.end(), [](const ScoredPose& pose) { return pose.polish.has_value(); });
-  stages.report("polish", points, static_cast<std::uint64_t>(best->polish->matches));
-  std::rotate(polished.begin(), best, best + 1);
-  return firstDistinct(pair, std::move(polished));
+  const Eigen::Index points = pair.source().surface.points.cols() + pair.target().surface.points.cols();
+  stages.report(
+      "polish", polished * static_cast<std::size_t>(points), static_cast<std::uint64_t>(poses.front().polish->matches));
+  return firstDistinct(pair, std::move(poses)); // polished, two may be the same pose
 }
 
 PoseUncertainty

@@ -29,7 +29,8 @@ refineAndMerge(const PatchPair& pair,
 /** \brief Polish the most probable pose and the rivals that come near it, so that their order does not depend on how
  * far the coarser refinements got; among the rivals are the optima in the neighbourhood of the best pose.
  * \param[in] poses distinct, most probable first, at least one
- * \return these and what was found near the best, distinct; the first is polished and the most probable polished one
+ * \return these and what was found near the best, distinct, most probable first; the first is polished, and so are its
+ * rivals unless the time has run out
  */
 std::vector<ScoredPose>
 polishLeaders(const PatchPair& pair, std::vector<ScoredPose> poses, StageLog& stages);

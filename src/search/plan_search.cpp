@@ -21,7 +21,7 @@ namespace {
 struct Plans {
   PlanView source;
   PlanView target;
-  double rise = 0; ///< of the source along the axis [m]
+  double offset = 0; ///< of the source along the axis [m]
 };
 
 std::vector<MainNormal>
@@ -39,26 +39,25 @@ std::vector<PlanMatch>
 findMatches(const Plans& plans, const PlanSearchOptions& options)
 {
   PlanCorrelationOptions correlation;
-  correlation.cell = options.config.cell;
-  correlation.height = options.config.height;
+  correlation.cell = correlation.height = options.cell;
   correlation.reach = options.reach;
-  const double step = 2 * kPi / options.turns;
-  std::vector<std::vector<PlanMatch>> found(static_cast<std::size_t>(options.turns));
-  forEachInParallel(options.turns, 1, options.threads, [&](std::int64_t i) {
+  const double step = 2 * kPi / options.rotations;
+  std::vector<std::vector<PlanMatch>> found(static_cast<std::size_t>(options.rotations));
+  forEachInParallel(options.rotations, 1, options.threads, [&](std::int64_t i) {
     if (options.voting.deadline.hasPassed())
       return;
     std::vector<PlanMatch>& matches = found[static_cast<std::size_t>(i)];
     matches = correlatePlanViews(plans.source,
                                  plans.target,
                                  static_cast<double>(i) * step,
-                                 plans.rise,
+                                 plans.offset,
                                  correlation,
                                  options.is_allowed ? std::numeric_limits<int>::max() : options.matches);
     if (options.is_allowed)
       matches.erase(std::remove_if(matches.begin(),
                                    matches.end(),
                                    [&](const PlanMatch& m) {
-                                     return !options.is_allowed(poseOf(plans.source, plans.target, m, plans.rise));
+                                     return !options.is_allowed(poseOf(plans.source, plans.target, m, plans.offset));
                                    }),
                     matches.end());
   });
@@ -71,8 +70,8 @@ findMatches(const Plans& plans, const PlanSearchOptions& options)
     if (best.size() >= static_cast<std::size_t>(options.matches))
       break;
     const bool is_next_to_better = std::any_of(best.begin(), best.end(), [&](const PlanMatch& other) {
-      return std::abs(std::remainder(match.turn - other.turn, 2 * kPi)) < 1.5 * step &&
-             (match.shift - other.shift).norm() < 1.5 * options.config.cell;
+      return std::abs(std::remainder(match.angle - other.angle, 2 * kPi)) < 1.5 * step &&
+             (match.shift - other.shift).norm() < 1.5 * options.cell;
     });
     if (!is_next_to_better)
       best.push_back(match);
@@ -110,19 +109,19 @@ searchPlans(const PlanScan& source,
             const PlanSearchOptions& options)
 {
   Plans plans;
-  plans.source = drawPlanView(source, axes.source, options.config.elements);
-  plans.target = drawPlanView(target, axes.target, options.config.elements);
-  const std::vector<ShiftPeak> rises =
+  plans.source = drawPlanView(source, axes.source, options.elements);
+  plans.target = drawPlanView(target, axes.target, options.elements);
+  const std::vector<ShiftPeak> offsets =
       findPeaks(correlateAlongAxis(source.samples, target.samples, axes.source, axes.target, options.voting).sum,
                 searchPeakOptions(options.voting, 1));
-  if (!rises.empty())
-    plans.rise = rises.front().shift;
+  if (!offsets.empty())
+    plans.offset = offsets.front().shift;
   const std::vector<PlanMatch> matches = findMatches(plans, options);
 
   // A match is known to a cell and a step of the rotation; votes need it better.
   const double step = options.voting.step;
-  const double turn_step = 2 * kPi / options.turns / 3;
-  const int lines = static_cast<int>(std::ceil(options.config.cell / (2 * step)));
+  const double angle_step = 2 * kPi / options.rotations / 3;
+  const int lines = static_cast<int>(std::ceil(options.cell / (2 * step)));
   const Eigen::Vector3d along = plans.target.frame.col(0);
   const Eigen::Vector3d across = plans.target.frame.col(1);
   std::vector<PoseHypothesis> found(matches.size());
@@ -132,8 +131,8 @@ searchPlans(const PlanScan& source,
       return;
     for (const int k : {0, -1, 1}) {
       PlanMatch match = matches[static_cast<std::size_t>(i)];
-      match.turn += k * turn_step;
-      const Eigen::Isometry3d T = poseOf(plans.source, plans.target, match, plans.rise);
+      match.angle += k * angle_step;
+      const Eigen::Isometry3d T = poseOf(plans.source, plans.target, match, plans.offset);
       const VoteCounter counter(votes, target_index, target_image, T.linear(), options.voting.visibility);
       std::vector<VotedTranslation> voted;
       for (int line = -lines; line <= lines; ++line) {
@@ -141,7 +140,6 @@ searchPlans(const PlanScan& source,
         findLeastContradicted(
             counter,
             {start.cast<float>(), (step * along).cast<float>(), static_cast<std::size_t>(4 * lines + 1)},
-            options.voting.config,
             voted);
       }
       for (const VotedTranslation& candidate : voted) {

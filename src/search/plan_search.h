@@ -29,8 +29,9 @@ pairAxes(const std::vector<MainNormal>& source, const std::vector<MainNormal>& t
 
 /// Options of searchPlans().
 struct PlanSearchOptions {
-  PlanSearchConfig config;                           ///< lengths scaled to the pair
-  int turns = SearchConfig{}.sweep_steps;            ///< rotations about an axis, >= 1
+  int elements = PreparationConfig{}.coarse_patches; ///< of a scan that are correlated, and half as many points, >= 1
+  double cell = 2 * RefinementConfig{}.coarse_reach; ///< [m] step of the shifts, in which heights meet too
+  int rotations = SearchConfig{}.sweep_steps;        ///< rotations about an axis, >= 1
   int matches = SearchConfig{}.much_overlap.refined; ///< that are voted on, >= 1
   double reach = 50;                                 ///< largest shift across an axis [m]
   PoseSearchOptions voting; ///< how places vote on poses: step, visibility, config and deadline are read

@@ -69,7 +69,7 @@ public:
 
   /// The local maxima of the scores over two by two cells, which do not depend on where a cell ends.
   std::vector<PlanMatch>
-  findMaxima(double turn) const
+  findMaxima(double angle) const
   {
     const int last = width_ - 1;
     std::vector<float> sums(scores_.size(), 0.0F);
@@ -81,7 +81,8 @@ public:
       for (int x = 0; x < last; ++x) {
         const float sum = sums[index(x, y)];
         if (sum > 0 && isMaximum(sums, x, y))
-          maxima.push_back({turn, Eigen::Vector2d(x + 0.5 - half_, y + 0.5 - half_) * cell_, static_cast<double>(sum)});
+          maxima.push_back(
+              {angle, Eigen::Vector2d(x + 0.5 - half_, y + 0.5 - half_) * cell_, static_cast<double>(sum)});
       }
     return maxima;
   }
@@ -136,15 +137,15 @@ private:
   std::vector<float> points_; ///< that meet, by the shift; empty: the source has none
 };
 
-/// An element or a point of the source under a rotation about the axis and a rise along it.
+/// An element or a point of the source under a rotation about the axis and a offset along it.
 template <typename Seen>
 Seen
-moved(Seen e, float cosine, float sine, float rise)
+moved(Seen e, float cosine, float sine, float offset)
 {
   const float x = e.x;
   e.x = cosine * x - sine * e.y;
   e.y = sine * x + cosine * e.y;
-  e.height += rise;
+  e.height += offset;
   return e;
 }
 
@@ -185,8 +186,8 @@ drawPlanView(const PlanScan& scan, const Eigen::Vector3d& axis, int most)
 std::vector<PlanMatch>
 correlatePlanViews(const PlanView& source,
                    const PlanView& target,
-                   double turn,
-                   double rise,
+                   double angle,
+                   double offset,
                    const PlanCorrelationOptions& options,
                    int most)
 {
@@ -194,17 +195,17 @@ correlatePlanViews(const PlanView& source,
     return {};
   const Sectors sectors = sortBySector(target, source.oriented && target.oriented);
   ShiftGrid grid(options.reach, options.cell);
-  const auto c = static_cast<float>(std::cos(turn));
-  const auto s = static_cast<float>(std::sin(turn));
-  const auto up = static_cast<float>(rise);
+  const auto c = static_cast<float>(std::cos(angle));
+  const auto s = static_cast<float>(std::sin(angle));
+  const auto up = static_cast<float>(offset);
   const auto height = static_cast<float>(options.height);
   for (const PlanElement& e : source.elements) {
-    const double heading = std::remainder(static_cast<double>(e.heading) + turn, 2 * kPi);
+    const double heading = std::remainder(static_cast<double>(e.heading) + angle, 2 * kPi);
     grid.add(moved(e, c, s, up), sectors[static_cast<std::size_t>(sectorOf(heading))], height);
   }
   for (const PlanPoint& p : source.clutter)
     grid.add(moved(p, c, s, up), target.clutter, height);
-  std::vector<PlanMatch> matches = grid.findMaxima(turn);
+  std::vector<PlanMatch> matches = grid.findMaxima(angle);
   std::stable_sort(
       matches.begin(), matches.end(), [](const PlanMatch& a, const PlanMatch& b) { return a.score > b.score; });
   matches.resize(std::min(matches.size(), static_cast<std::size_t>(most)));
@@ -212,11 +213,11 @@ correlatePlanViews(const PlanView& source,
 }
 
 Eigen::Isometry3d
-poseOf(const PlanView& source, const PlanView& target, const PlanMatch& match, double rise)
+poseOf(const PlanView& source, const PlanView& target, const PlanMatch& match, double offset)
 {
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-  T.linear() = target.frame * Eigen::AngleAxisd(match.turn, Eigen::Vector3d::UnitZ()) * source.frame.transpose();
-  T.translation() = target.frame * Eigen::Vector3d(match.shift.x(), match.shift.y(), rise);
+  T.linear() = target.frame * Eigen::AngleAxisd(match.angle, Eigen::Vector3d::UnitZ()) * source.frame.transpose();
+  T.translation() = target.frame * Eigen::Vector3d(match.shift.x(), match.shift.y(), offset);
   return T;
 }
 

@@ -56,7 +56,7 @@ struct PlanCorrelationOptions {
 
 /// A rotation about the axis and a shift under which elements of two plan views meet.
 struct PlanMatch {
-  double turn = 0;                                 ///< of the source's frame, about the axis [rad]
+  double angle = 0;                                ///< of the source's frame, about the axis [rad]
   Eigen::Vector2d shift = Eigen::Vector2d::Zero(); ///< then, across the axis, in the target's frame [m]
   /// Sum of the products of the weights of the elements that meet, times one and the number of points that meet.
   double score = 0;
@@ -68,22 +68,22 @@ struct PlanMatch {
  * degrees, two points wherever it does. Both are evidence by themselves, so they are multiplied: faces alone line up
  * wherever walls are parallel, points alone wherever bushes lie on bushes. Computed on elements, not on images: N_s N_t
  * / 8 additions of elements, N_s N_t of points.
- * \param[in] turn of the source [rad]
- * \param[in] rise of the source along the axis [m]
+ * \param[in] angle of the source [rad]
+ * \param[in] offset of the source along the axis [m]
  * \param[in] most matches that are returned
  * \return highest score first; among equal ones in the order of their shifts. Empty when nothing meets
  */
 std::vector<PlanMatch>
 correlatePlanViews(const PlanView& source,
                    const PlanView& target,
-                   double turn,
-                   double rise,
+                   double angle,
+                   double offset,
                    const PlanCorrelationOptions& options,
                    int most);
 
 /// The pose that a match means.
-/// \param[in] rise of the source along the axis [m]
+/// \param[in] offset of the source along the axis [m]
 Eigen::Isometry3d
-poseOf(const PlanView& source, const PlanView& target, const PlanMatch& match, double rise);
+poseOf(const PlanView& source, const PlanView& target, const PlanMatch& match, double offset);
 
 } // namespace pcl_ssfr

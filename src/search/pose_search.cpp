@@ -4,6 +4,7 @@
 #include "search/pose_search.h"
 
 #include "common/vector_clones.h"
+#include "directions/scene_directions.h"
 #include "search/vote_count.h"
 
 #include <algorithm>
@@ -80,7 +81,7 @@ axisHistogram(const OrientedSamples& samples,
 {
   HistogramOptions histogram;
   histogram.bin_width = options.config.bin_width;
-  histogram.parallel_cos = options.config.parallel_cos;
+  histogram.parallel_cos = parallelCos(options.config);
   histogram.facing = facing;
   histogram.normalise = false;
   AxisHistogram h = projectOnAxis(samples, axis, histogram);
@@ -119,13 +120,6 @@ axisPeaks(const AxisCorrelation& along, const Eigen::Vector3d& axis, int count, 
     if (window)
       peaks.back().shift = window->centre.dot(axis);
   }
-  if (options.pass.little_overlap)
-    for (int k = 1; k <= options.config.peak_neighbours; ++k)
-      for (const int sign : {-1, 1}) {
-        ShiftPeak neighbour = peaks.front();
-        neighbour.shift += sign * k * 2 * options.step;
-        peaks.push_back(neighbour);
-      }
   return peaks;
 }
 
@@ -230,13 +224,13 @@ std::vector<Eigen::Index>
 drawRepresentatives(const OrientedSamples& samples,
                     const std::vector<MainNormal>& main_normals,
                     int count,
-                    double direction_radius)
+                    double same_facing)
 {
   const auto side = [&](Eigen::Index i) { return std::sqrt(samples.weights[i]); }; // of a square of that area
   std::vector<std::vector<Eigen::Index>> members(main_normals.size() + 1);
   std::vector<double> sides(main_normals.size() + 1, 0);
   for (Eigen::Index i = 0; i < samples.size(); ++i) {
-    const std::size_t k = nearestMainNormal(samples.normals.col(i), main_normals, direction_radius);
+    const std::size_t k = nearestMainNormal(samples.normals.col(i), main_normals, same_facing);
     members[k].push_back(i);
     sides[k] += side(i);
   }
@@ -270,9 +264,9 @@ VotingSamples
 drawVotingSamples(const OrientedSamples& samples,
                   const std::vector<MainNormal>& main_normals,
                   int count,
-                  double direction_radius)
+                  double same_facing)
 {
-  const std::vector<Eigen::Index> drawn = drawRepresentatives(samples, main_normals, count, direction_radius);
+  const std::vector<Eigen::Index> drawn = drawRepresentatives(samples, main_normals, count, same_facing);
   VotingSamples votes;
   votes.points.resize(3, static_cast<Eigen::Index>(drawn.size()));
   votes.normals.resize(3, static_cast<Eigen::Index>(drawn.size()));
@@ -344,7 +338,7 @@ searchTranslations(const OrientedSamples& source,
 {
   if (source.size() == 0 || target.size() == 0)
     return {};
-  const Eigen::Matrix3d axes = chooseSearchAxes(source, target, target_main_normals, R, options.config.parallel_cos);
+  const Eigen::Matrix3d axes = chooseSearchAxes(source, target, target_main_normals, R, parallelCos(options.config));
   const auto peaks = [&](int axis, int count) {
     return axisPeaks(correlateAlongAxis(source, target, R.transpose() * axes.col(axis), axes.col(axis), options),
                      axes.col(axis),
@@ -370,7 +364,7 @@ searchTranslations(const OrientedSamples& source,
                            (axes.col(2) * options.step).cast<float>(),
                            shifts};
       if (options.pass.little_overlap)
-        findLeastContradicted(counter, line, options.config, found);
+        findLeastContradicted(counter, line, found);
       else
         findMostVoted(counter, line, options.config, best_screened, found);
     }

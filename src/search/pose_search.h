@@ -35,9 +35,7 @@ struct PoseSearchOptions {
 // With SearchPass::little_overlap poses are sought under which the scans share little. Where they share much, the most
 // votes decide; where they do not, poses that lay one scan over the other have more votes than the truth, and only
 // votes against them distinguish them from it. Then those go on which have the most votes for each one against them:
-// how many there are of both depends on what the scans share, and on what has moved between them. And shifts around the
-// highest peak of a correlation are tried too: surface that is seen in common far from both sensors lies off it as soon
-// as the rotation is.
+// how many there are of both depends on what the scans share, and on what has moved between them.
 
 /// A pose that deserves a closer look.
 struct PoseHypothesis {
@@ -63,14 +61,14 @@ std::vector<Eigen::Index>
 drawRepresentatives(const OrientedSamples& samples,
                     const std::vector<MainNormal>& main_normals,
                     int count,
-                    double direction_radius = PreparationConfig{}.direction_radius);
+                    double same_facing = PreparationConfig{}.same_facing);
 
 /// Representatives as voting samples.
 VotingSamples
 drawVotingSamples(const OrientedSamples& samples,
                   const std::vector<MainNormal>& main_normals,
                   int count,
-                  double direction_radius = PreparationConfig{}.direction_radius);
+                  double same_facing = PreparationConfig{}.same_facing);
 
 /** \brief The axes that searchTranslations() looks along, in the target frame: two along which the scans share most
  * surface, and the direction across both.

@@ -28,12 +28,6 @@ struct Match {
   double angle;  ///< [rad]
 };
 
-double
-angleBetween(const Eigen::Vector3d& a, const Eigen::Vector3d& b)
-{
-  return std::atan2(a.cross(b).norm(), a.dot(b));
-}
-
 /// Cosine of the angle of the rotation from \p a to \p b.
 double
 cosineBetween(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b)
@@ -74,7 +68,7 @@ public:
       for (std::size_t j = 0; j < target_.size(); ++j) {
         if (rotated.dot(target_[j].direction) < least_cos)
           continue;
-        const double angle = angleBetween(rotated, target_[j].direction);
+        const double angle = angleBetweenDirections(rotated, target_[j].direction);
         if (angle <= max_angle_)
           pairs.push_back({i, j, std::min(source_supports_[i], target_supports_[j]), angle});
       }
@@ -165,7 +159,7 @@ pairsOf(const std::vector<MainNormal>& normals, bool both_ways, const RotationOp
   for (std::size_t a = 0; a < normals.size(); ++a)
     for (std::size_t b = both_ways ? 0 : a + 1; b < normals.size(); ++b)
       if (a != b && std::abs(normals[a].direction.dot(normals[b].direction)) < options.max_abs_cos)
-        pairs.push_back({a, b, angleBetween(normals[a].direction, normals[b].direction)});
+        pairs.push_back({a, b, angleBetweenDirections(normals[a].direction, normals[b].direction)});
   return pairs;
 }
 

@@ -36,23 +36,17 @@ findMostVoted(const VoteCounter& counter,
 }
 
 void
-findLeastContradicted(const VoteCounter& counter,
-                      const ShiftLine& line,
-                      const SearchConfig& config,
-                      std::vector<VotedTranslation>& found)
+findLeastContradicted(const VoteCounter& counter, const ShiftLine& line, std::vector<VotedTranslation>& found)
 {
   const std::vector<int> screened = counter.screen(line.everySecond());
-  const double least_screened = std::max(1.0, config.least_votes * static_cast<double>(counter.screened()));
-  const double least = std::max(1.0, config.least_votes * static_cast<double>(counter.size()));
   for (std::size_t s = 0; s < line.count; ++s) {
     // The shifts with an even number are screened, the others count where a neighbour does.
     const int before = screened[s / 2], after = screened[std::min(s / 2 + s % 2, screened.size() - 1)];
-    if (std::max(before, after) < least_screened)
+    if (std::max(before, after) == 0)
       continue;
     const int count = s % 2 == 0 ? before + counter.otherVotesFor(line[s]) : counter.votesFor(line[s]);
-    if (count < least)
-      continue;
-    found.push_back({line[s], count, count / (1.0 + counter.votesAgainst(line[s]))});
+    if (count > 0)
+      found.push_back({line[s], count, count / (1.0 + counter.votesAgainst(line[s]))});
   }
 }
 

@@ -124,11 +124,8 @@ findMostVoted(const VoteCounter& counter,
               int& best_screened,
               std::vector<VotedTranslation>& found);
 
-/// The shifts of a line that have enough votes. They score by the votes for them over those against them, and one.
+/// The shifts of a line that have votes. They score by the votes for them over those against them, and one.
 void
-findLeastContradicted(const VoteCounter& counter,
-                      const ShiftLine& line,
-                      const SearchConfig& config,
-                      std::vector<VotedTranslation>& found);
+findLeastContradicted(const VoteCounter& counter, const ShiftLine& line, std::vector<VotedTranslation>& found);
 
 } // namespace pcl_ssfr

@@ -270,7 +270,7 @@ class TestPrepared:
 
     def test_numbers_of_two_scans(self, apartment):
         """Numbers of the search are no part of a preparation, so two scans may have different ones."""
-        search = [{"judgement.rival": 0.02}, {"judgement.rival": 0.03}]
+        search = [{"judgement.decided": 0.9}, {"judgement.decided": 0.8}]
         source, target = (pcl_ssfr.prepare_scan(p, numbers=n) for p, n in zip(apartment, search))
         with pytest.raises(ValueError, match="^numbers: source and target were prepared with other ones"):
             pcl_ssfr.register_scans(source, target)

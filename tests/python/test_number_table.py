@@ -20,14 +20,14 @@ def run(out, *arguments):
 
 def test_a_number_that_matters_and_one_that_does_not(tmp_path):
     out = tmp_path / "rows.csv"
-    done = run(out, "--numbers", "search.plan", ROOT / "data")
+    done = run(out, "--numbers", "judgement.prior.guess", ROOT / "data")
     assert done.returncode == 0, done.stderr
     with open(out, newline="") as file:
         rows = list(csv.DictReader(file))
     assert [(row["number"], row["factor"]) for row in rows[:3]] == [
-        ("", "1"), ("search.plan.elements", "0.5"), ("search.plan.elements", "2.0")]
+        ("", "1"), ("judgement.prior.guess_trust", "0.5"), ("judgement.prior.guess_trust", "2.0")]
     assert all((row["solved"], row["accepted"], row["false"], row["changed"]) == ("3", "3", "0", "0") for row in rows)
-    assert "| `search.plan.cell` | 0 | 3 / 3 / 0 | 0 | 3 / 3 / 0 |" in done.stdout
+    assert "| `judgement.prior.guess_deviation` | 0 | 3 / 3 / 0 | 0 | 3 / 3 / 0 |" in done.stdout
 
     done = run(out, "--numbers", "judgement.decided", ROOT / "data")
     assert done.returncode == 0, done.stderr
@@ -38,7 +38,7 @@ def test_a_number_that_matters_and_one_that_does_not(tmp_path):
     assert "| `preparation.leaf` | 3 | 0 / 0 / 0 |" in done.stdout
 
     before = out.read_bytes()
-    assert run(out, "--numbers", "search.plan", ROOT / "data").returncode == 0
+    assert run(out, "--numbers", "judgement.prior.guess", ROOT / "data").returncode == 0
     assert out.read_bytes() == before
 
 
