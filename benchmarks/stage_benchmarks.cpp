@@ -44,10 +44,9 @@ constexpr std::int64_t kLargestForFgr = 30000;
 
 // As in the default profile.
 const PreparationConfig kPreparation = PatchProfileConfig{}.preparation;
-const double kLeaf = kPreparation.leaf;           // [m]
-const double kThickness = kPreparation.thickness; // [m]
-const double kCell = kPreparation.range_cell;     // [rad]
-const double kVoxel = kLeaf * std::exp2(4.5);     // [m], of the index: the mean edge of patches
+const double kLeaf = kPreparation.leaf;                                     // [m]
+const double kThickness = kPreparation.thickness;                           // [m]
+const double kCell = kPreparation.range_cell;                               // [rad]
 const double kDirectionError = PatchProfileConfig{}.search.direction_error; // [rad]
 
 // A start for the refinements, near the truth.
@@ -248,7 +247,7 @@ index(benchmark::State& state, const Pair& pair)
   const Cloud::Ptr points = cloudOf(thinned(pair).points);
   measure(
       state,
-      [&] { benchmark::DoNotOptimize(PatchIndex(pair.source_scan.patches, kVoxel)); },
+      [&] { benchmark::DoNotOptimize(PatchIndex(pair.source_scan.patches, pair.source_scan.index.voxel())); },
       countOf(pair.source_scan.patches.size()),
       [&] {
         pcl::KdTreeFLANN<pcl::PointXYZ> tree;

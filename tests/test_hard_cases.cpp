@@ -5,6 +5,7 @@
 // repetition. Every scan is in a randomly rotated frame.
 // Each case states how many of its pairs must be solved, and none may be accepted that is wrong, but for level rings.
 
+#include "common/rotation_math.h"
 #include "hard_cases.h"
 #include "synthetic_scene.h"
 
@@ -182,7 +183,7 @@ TEST(LevelRings, WhatIsClaimedOfTheTiltIsTrue)
   // Sixteen rings in small rooms see the walls at one height and neither floor nor ceiling. Of how many pairs what is
   // claimed holds: any of them may be the odd one.
   constexpr int kPairs = 32;
-  int honest = 0, true_free = 0, true_rough = 0, known_right = 0, known_wrong = 0;
+  int true_free = 0, true_rough = 0, known_right = 0, same = 0, same_deviation = 0;
   std::string failures;
   for (std::uint64_t seed = 1; seed <= kPairs; ++seed) {
     simulation::DatasetPlan plan = planScans("apartment", "velodyne_vlp16", 2, 0, seed);
@@ -197,43 +198,54 @@ TEST(LevelRings, WhatIsClaimedOfTheTiltIsTrue)
     };
     // A pose that is refused may be half a turn about the vertical off: its tilt is what is claimed.
     const auto is_true = [&](const Result& result) {
-      const Eigen::Vector3d up = result.T_target_source.linear() * up_source;
-      const double tilt = std::atan2(up.cross(up_target).norm(), up.dot(up_target));
-      const double rotation = Eigen::AngleAxisd(result.T_target_source.linear() * truth.linear().transpose()).angle();
+      const double tilt = angleBetweenDirections(result.T_target_source.linear() * up_source, up_target);
+      const double rotation = angleBetween(result.T_target_source.linear(), truth.linear());
       return (result.accepted() ? rotation : tilt) < 3 * deviation(result);
     };
 
     const PairOutcome free = registerPosedScans(scans[1], scans[0]);
-    honest += free.honest();
-    true_free += is_true(free.result);
+    EXPECT_TRUE(free.honest()) << "seed " << seed << ": " << describe(free.result);
     EXPECT_GT(deviation(free.result), 0.003) << seed; // dense scanners in rooms claim a tenth of that
-    if (!free.honest() || !is_true(free.result))
+    true_free += is_true(free.result);
+    if (!is_true(free.result))
       failures += "seed " + std::to_string(seed) + ": " + describe(free.result) + '\n';
 
     // Who knows the vertical knows the tilt.
     Options options = defaultOptions();
     options.gravity = GravityPrior{up_source, up_target};
     const PairOutcome known = registerPosedScans(scans[1], scans[0], options);
-    known_right += known.result.accepted() && known.right;
-    known_wrong += !known.honest();
+    EXPECT_TRUE(known.honest()) << "seed " << seed << ": " << describe(known.result);
+    if (known.result.accepted() && known.right) {
+      ++known_right;
+      EXPECT_TRUE(known.result.unobservable.empty()) << seed;
+    }
 
     // Not who knows it to 35 degrees only.
     options.gravity->tolerance = 0.6;
-    true_rough += is_true(registerPosedScans(scans[1], scans[0], options).result);
+    const Result roughly = registerPosedScans(scans[1], scans[0], options).result;
+    true_rough += is_true(roughly);
+    // Of several optima it may leave another one.
+    const double apart = (free.result.T_target_source.translation() - roughly.T_target_source.translation()).norm();
+    const double between = angleBetween(free.result.T_target_source.linear(), roughly.T_target_source.linear());
+    if (between < deviation(free.result) && apart < 0.1) {
+      ++same;
+      same_deviation += deviation(roughly) > 0.9 * deviation(free.result);
+    }
   }
-  std::printf(
-      "of %d pairs %d honest, claims of the tilt true of %d and, roughly known, %d; known: %d right, %d wrong\n",
-      kPairs,
-      honest,
-      true_free,
-      true_rough,
-      known_right,
-      known_wrong);
-  EXPECT_GE(honest, kPairs - 1) << failures;
-  EXPECT_GE(true_free, 0.85 * kPairs) << failures;
-  EXPECT_GE(true_rough, 0.85 * kPairs);
-  EXPECT_GE(known_right, 0.75 * kPairs);
-  EXPECT_LE(known_wrong, 1);
+  std::printf("of %d pairs claims of the tilt true of %d and, roughly known, %d, known: %d right; as uncertain as "
+              "before: %d of "
+              "%d\n",
+              kPairs,
+              true_free,
+              true_rough,
+              known_right,
+              same_deviation,
+              same);
+  EXPECT_GE(true_free, 30) << failures;
+  EXPECT_GE(true_rough, 29);
+  EXPECT_GE(known_right, 28);
+  EXPECT_GE(same, 16);
+  EXPECT_GE(same_deviation, same - 1);
 }
 
 TEST(LevelRingsOfAWalk, WithAVerticalThatIsADegreeWrong)

@@ -3,6 +3,7 @@
 
 // The default profile from end to end, on simulated scenes with exact ground truth.
 
+#include "common/rotation_math.h"
 #include "pose_matchers.h"
 #include "scan_views.h"
 #include "synthetic_scene.h"
@@ -17,6 +18,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <cstdio>
 #include <cstring>
 #include <limits>
 #include <string>
@@ -399,8 +401,7 @@ TEST(Gravity, aWrongPriorIsObeyedAndARightOneHelps)
 double
 tilt(const Eigen::Isometry3d& T_target_source, const GravityPrior& gravity)
 {
-  const Eigen::Vector3d up = T_target_source.linear() * gravity.up_source;
-  return std::atan2(up.cross(gravity.up_target).norm(), up.dot(gravity.up_target));
+  return angleBetweenDirections(T_target_source.linear() * gravity.up_source, gravity.up_target);
 }
 
 TEST(Gravity, noPoseThatViolatesItIsListedWhateverTheRefinementFinds)
@@ -441,7 +442,8 @@ TEST(Gravity, aVerticalThatIsFiveDegreesWrongIsRefusedMoreOftenThanNot)
     for (const Candidate& candidate : result.candidates)
       EXPECT_LT(tilt(candidate.T_target_source, prior), prior.tolerance + 0.6 * kDegree) << seed;
   }
-  EXPECT_LE(accepted, 5);
+  std::printf("%d of 12 accepted\n", accepted);
+  EXPECT_LE(accepted, 2);
 }
 
 TEST(Scales, binsOfAnyWidthAreBounded)

@@ -162,17 +162,21 @@ TEST_F(PosesOfARoom, LeadersArePolishedDownToTheOddsOfARival)
 TEST_F(PosesOfARoom, WhenALeaderLosesByItsPolishTheNextIsPolished)
 {
   const PatchPair scans = pair();
-  const std::vector<ScoredPose> poses = keepDistinct(scans, {scored(scans, 0), scored(scans, 1.0)}, 10);
-  ASSERT_EQ(poses.size(), 2U);
-  // Far ahead, so that the truth is no rival, but only until it is scored again where its polish ends.
-  ScoredPose wrong = poses[1];
-  wrong.log_prior += 20 - logOdds(wrong, poses[0], scans.posteriorModel());
-  const std::vector<ScoredPose> polished = polishLeaders(scans, {wrong, poses[0]}, stages_);
-  ASSERT_FALSE(polished.empty());
-  EXPECT_TRUE(polished[0].polish);
-  EXPECT_LT(
-      translationBetween(polished[0].T_target_source, scans.toInner(scans_->T_target_source), scans_->source.viewpoint),
-      0.03);
+  const PosteriorModel model = scans.posteriorModel();
+  ScoredPose leader = scored(scans, 0.2 * scans.scale()), other = scored(scans, 1.0);
+  // The other one has the lead over the first where the polish of that ends, and is no rival of it before: the first is
+  // scored again when it moves.
+  const ScoredPose truth = scored(scans, 0);
+  other.log_prior += 5 + logOdds(truth, other, model);
+  leader.log_prior += 20 + logOdds(other, leader, model);
+  ASSERT_LT(logOdds(other, leader, model), -19);
+  ASSERT_LT(logOdds(truth, other, model), -4);
+  const std::vector<ScoredPose> polished = polishLeaders(scans, {leader, other}, stages_);
+  ASSERT_EQ(polished.size(), 2U);
+  EXPECT_TRUE(scans.isSamePlace(polished[0].T_target_source, other.T_target_source)) << "it leads";
+  EXPECT_TRUE(polished[0].polish) << "and is polished";
+  EXPECT_TRUE(scans.isSamePlace(polished[1].T_target_source, truth.T_target_source));
+  EXPECT_TRUE(polished[1].polish);
 }
 
 /// A corridor between rows of fins that repeat: one period along it, the same surfaces meet again.

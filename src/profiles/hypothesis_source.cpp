@@ -109,7 +109,7 @@ HypothesisSource::searchPlans() const
   const SearchConfig& config = pair_.config().search;
   const PosePriors& priors = pair_.priors();
   PlanSearchOptions options;
-  options.elements = pair_.options().patch_profile.preparation.coarse_patches;
+  options.elements = pair_.config().preparation.coarse_patches;
   options.cell = 2 * pair_.config().refinement.coarse_reach;
   options.matches = config.much_overlap.refined;
   options.rotations = config.sweep_steps;

@@ -137,7 +137,7 @@ private:
   std::vector<float> points_; ///< that meet, by the shift; empty: the source has none
 };
 
-/// An element or a point of the source under a rotation about the axis and a offset along it.
+/// An element or a point of the source under a rotation about the axis and an offset along it.
 template <typename Seen>
 Seen
 moved(Seen e, float cosine, float sine, float offset)
