@@ -125,6 +125,15 @@ class FitPosterior(unittest.TestCase):
             if blind:
                 self.assertEqual([found[k] for k in (1, 6, 7, 8, 9, 11, 12)], [0] * 7)
 
+    def test_the_derivative_is_that_of_the_loss(self):
+        for blind in (False, True):
+            padded = fit_posterior.Padded(self.read(self.drawn(200, BLIND if blind else SEEING, blind)))
+            numbers = SEEING + 0.3 * self.random.normal(size=SEEING.size)
+            _, derivative = padded.loss(numbers)
+            step = 1e-6 * numpy.eye(SEEING.size)
+            differences = [(padded.loss(numbers + s)[0] - padded.loss(numbers - s)[0]) / 2e-6 for s in step]
+            numpy.testing.assert_allclose(derivative, differences, rtol=1e-5, atol=1e-4)
+
     def test_posterior_is_that_of_the_model(self):
         for blind in (False, True):
             numbers = BLIND if blind else SEEING

@@ -26,6 +26,8 @@
 #include <cstring>
 #include <fstream>
 #include <limits>
+#include <map>
+#include <utility>
 
 namespace pcl_ssfr::test_multiway_registration {
 namespace {
@@ -58,6 +60,8 @@ protected:
   {
     scans_.clear();
     truth_.clear();
+    maps_.clear();
+    room_links_.clear();
   }
 
   static ScanView
@@ -75,14 +79,35 @@ protected:
     for (int i = 0; i < 5; ++i)
       registration.addScan("s" + std::to_string(i), view(i));
   }
-  static MultiwayMap
+  /// All scans with the usual options; made once for each number of threads.
+  static const MultiwayMap&
   mapOf(unsigned threads)
   {
-    MultiwayOptions options;
-    options.threads = threads;
-    MultiwayRegistration registration(options);
-    addAll(registration);
-    return registration.run();
+    const auto [map, is_new] = maps_.try_emplace(threads);
+    if (is_new) {
+      MultiwayOptions options;
+      options.threads = threads;
+      MultiwayRegistration registration(options);
+      addAll(registration);
+      map->second = registration.run();
+    }
+    return map->second;
+  }
+  /// Link a pair of scans by the usual options once for all tests, whatever else they are about.
+  static void
+  reuseLinks(MultiwayRegistration& registration)
+  {
+    registration.setLinker([&registration](const std::vector<PairTask>& tasks, const OnLink& on_link) {
+      for (const PairTask& task : tasks) {
+        const auto [link, is_new] = room_links_.try_emplace({task.source_hash, task.target_hash});
+        if (is_new)
+          link->second = linkPair(
+              task, registration.preparedScan(task.source), registration.preparedScan(task.target), MultiwayOptions());
+        link->second.source = task.source;
+        link->second.target = task.target;
+        on_link(link->second);
+      }
+    });
   }
   static void
   expectSameBits(const MultiwayMap& a, const MultiwayMap& b)
@@ -102,11 +127,13 @@ protected:
 
   static inline std::vector<Eigen::Matrix3Xf> scans_;
   static inline std::vector<Eigen::Isometry3d> truth_;
+  static inline std::map<unsigned, MultiwayMap> maps_;
+  static inline std::map<std::pair<std::uint64_t, std::uint64_t>, PairLink> room_links_;
 };
 
 TEST_F(Room, allScansAreWhereTheyBelong)
 {
-  const MultiwayMap map = mapOf(2);
+  const MultiwayMap& map = mapOf(3);
   EXPECT_EQ(map.components, 1);
   EXPECT_EQ(map.placed, 5U);
   EXPECT_TRUE(map.scans[0].T_map_scan.matrix().isIdentity(1e-12));
@@ -136,7 +163,7 @@ TEST_F(Room, scansAtOnePlaceAreNamedAndKept)
       return note.find("stand where others do and see the same") != std::string::npos;
     });
   };
-  EXPECT_EQ(stationNotes(mapOf(1)), 0);
+  EXPECT_EQ(stationNotes(mapOf(3)), 0);
   // A sensor that turned on the spot twice.
   const testing::Scene scene = testing::makeFurnishedRoom(3);
   testing::Random random(5);
@@ -148,6 +175,7 @@ TEST_F(Room, scansAtOnePlaceAreNamedAndKept)
     again.push_back(R.cast<float>().transpose() * testing::castScan(scene, T, testing::roomScanner(0.02), seed));
   }
   MultiwayRegistration registration;
+  reuseLinks(registration);
   addAll(registration);
   registration.addScan("again1", testing::viewOfPoints(again[0]));
   registration.addScan("again2", testing::viewOfPoints(again[1]));
@@ -168,14 +196,14 @@ TEST_F(Room, aTimeLimitOfThePairsIsNotRead)
   options.registration.time_limit = 1e-6; // which would leave no link
   MultiwayRegistration registration(options);
   addAll(registration);
-  expectSameBits(mapOf(2), registration.run());
+  expectSameBits(mapOf(3), registration.run());
 }
 
 TEST_F(Room, aProjectGivesTheSameMapAndLinksNothingAgain)
 {
   const TemporaryFolder folder;
   const std::string file = folder.file("map.sqlite");
-  const auto run = [&](bool resume, std::size_t& first_done) {
+  const auto run = [&](bool resume, std::size_t& first_done, bool stop = false) {
     MultiwayOptions options;
     options.threads = 2;
     MultiwayRegistration registration(options);
@@ -183,10 +211,12 @@ TEST_F(Room, aProjectGivesTheSameMapAndLinksNothingAgain)
     addAll(registration);
     bool is_first = true;
     return registration.run([&](const std::string& stage, std::size_t done, std::size_t) {
-      if (stage == "link" && is_first) {
-        is_first = false;
-        first_done = done;
-      }
+      if (stage != "link" || !is_first)
+        return;
+      is_first = false;
+      first_done = done;
+      if (stop)
+        throw std::runtime_error("seen");
     });
   };
   std::size_t done = 99;
@@ -195,7 +225,7 @@ TEST_F(Room, aProjectGivesTheSameMapAndLinksNothingAgain)
   const MultiwayMap again = run(true, done);
   EXPECT_EQ(done, first.links.size());
   expectSameBits(first, again);
-  run(false, done);
+  EXPECT_THROW(run(false, done, true), std::runtime_error); // to see that it would link all again
   EXPECT_EQ(done, 0U);
 }
 
@@ -248,7 +278,8 @@ TEST_F(Room, framesFarFromTheSensorsGiveTheSameMap)
     scan.viewpoint = away.cast<double>();
     registration.addScan("s" + std::to_string(i), scan);
   }
-  const MultiwayMap far = registration.run(), near = mapOf(2);
+  const MultiwayMap far = registration.run();
+  const MultiwayMap& near = mapOf(3);
   ASSERT_EQ(far.components, 1);
   for (std::size_t i = 1; i < 5; ++i) {
     const Eigen::Vector3d sensor = far.scans[i].T_map_scan * away.cast<double>() - away.cast<double>();
@@ -286,6 +317,7 @@ TEST_F(Room, decisionsOnACopyAreOnTheScan)
   options.threads = 2;
   {
     MultiwayRegistration registration(options);
+    reuseLinks(registration);
     addAll(registration);
     const int copy = registration.addScan("copy of 2", view(2));
     for (const int other : {0, 1, 3, 4})
@@ -301,6 +333,7 @@ TEST_F(Room, decisionsOnACopyAreOnTheScan)
   }
   {
     MultiwayRegistration registration(options);
+    reuseLinks(registration);
     addAll(registration);
     const int copy = registration.addScan("copy of 2", view(2));
     registration.accept(copy, 0);
@@ -321,6 +354,7 @@ TEST_F(Room, theProjectHoldsTheMapAsItWasBroughtToTheUsersFrame)
   const std::string file = folder.file("map.sqlite");
   MultiwayRegistration registration;
   registration.openProject(file, false);
+  reuseLinks(registration);
   addAll(registration);
   registration.pin(0);
   MultiwayMap map = registration.run();
@@ -349,6 +383,7 @@ TEST_F(Room, badScansAreRowsWithReasons)
   MultiwayOptions options;
   options.threads = 2;
   MultiwayRegistration registration(options);
+  reuseLinks(registration);
   addAll(registration);
   registration.addScan("empty", ScanView());
   registration.addScan("twice", view(1));
@@ -488,6 +523,7 @@ TEST_F(Room, aPersonsWordAndPriorsCount)
   MultiwayOptions options;
   options.threads = 2;
   MultiwayRegistration registration(options);
+  reuseLinks(registration);
   addAll(registration);
   for (const int other : {0, 1, 3, 4})
     registration.reject(2, other);
@@ -597,7 +633,7 @@ protected:
     for (std::size_t i = 0; i < kScans; ++i) {
       Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
       T.translation() = scene.stations[i / 2 % 2] + 0.2 * static_cast<double>(i / 4) * Eigen::Vector3d::UnitX();
-      const Eigen::Matrix3Xf points = testing::castScan(scene, T, testing::roomScanner(0.02), 50 + i);
+      const Eigen::Matrix3Xf points = testing::castScan(scene, T, testing::roomScanner(0.04), 50 + i);
       const float size = roomOf(i) == 0 ? 1.0F : 1.35F; // one room is larger than the other
       rooms_.push_back(size * testing::randomRotation(random).cast<float>() * points);
     }

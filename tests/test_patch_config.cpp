@@ -72,14 +72,16 @@ problemOf(const PatchProfileConfig& config)
   return "";
 }
 
-/// The usual config with number \p k multiplied; none: it may not have that value.
+/// The usual config with number \p k multiplied; none: it may not have that value, or has it already, as 0 has.
 std::optional<PatchProfileConfig>
 changed(std::size_t k, double factor)
 {
   PatchProfileConfig config;
   const ConfigNumber number = numbersOf(config)[k];
-  const double value = number.value() * factor;
-  assign(number, value, static_cast<int>(std::lround(value)));
+  const double usual = number.value();
+  assign(number, usual * factor, static_cast<int>(std::lround(usual * factor)));
+  if (numbersOf(config)[k].value() == usual)
+    return std::nullopt;
   return problemOf(config).empty() ? std::optional(config) : std::nullopt;
 }
 
