@@ -9,13 +9,13 @@
 #include <apps/simulation/ray_caster.h>
 #include <apps/simulation/scan_simulation.h>
 
+#include <link_cache.h>
+
 #include <gmock/gmock.h>
 
 #include <algorithm>
-#include <map>
 #include <numeric>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace pcl_ssfr::test_multiway_misleading {
@@ -65,20 +65,7 @@ public:
       view.size = scans_[i].size();
       registration.addScan("s" + std::to_string(i), view);
     }
-    registration.setLinker([&](const std::vector<PairTask>& tasks, const OnLink& on_link) {
-      for (const PairTask& task : tasks) {
-        auto link = links_.find({task.source, task.target});
-        if (link == links_.end())
-          link = links_
-                     .emplace(std::pair(task.source, task.target),
-                              linkPair(task,
-                                       registration.preparedScan(task.source),
-                                       registration.preparedScan(task.target),
-                                       options))
-                     .first;
-        on_link(link->second);
-      }
-    });
+    links_.serve(registration, options);
     return registration.run();
   }
 
@@ -108,7 +95,7 @@ public:
 private:
   std::vector<std::vector<Eigen::Vector3f>> scans_;
   std::vector<Eigen::Isometry3d> truth_;
-  std::map<std::pair<int, int>, PairLink> links_;
+  testing::LinkCache links_;
 };
 
 TEST(BaysAlike, areNotLaidOntoEachOtherAndWhatIsSureIsPlaced)

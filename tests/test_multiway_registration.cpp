@@ -12,6 +12,7 @@
 #include <pcl_ssfr/pipeline.h>
 
 #include <io_testing.h>
+#include <link_cache.h>
 #include <pose_matchers.h>
 #include <scan_views.h>
 #include <synthetic_scene.h>
@@ -27,7 +28,6 @@
 #include <fstream>
 #include <limits>
 #include <map>
-#include <utility>
 
 namespace pcl_ssfr::test_multiway_registration {
 namespace {
@@ -97,17 +97,7 @@ protected:
   static void
   reuseLinks(MultiwayRegistration& registration)
   {
-    registration.setLinker([&registration](const std::vector<PairTask>& tasks, const OnLink& on_link) {
-      for (const PairTask& task : tasks) {
-        const auto [link, is_new] = room_links_.try_emplace({task.source_hash, task.target_hash});
-        if (is_new)
-          link->second = linkPair(
-              task, registration.preparedScan(task.source), registration.preparedScan(task.target), MultiwayOptions());
-        link->second.source = task.source;
-        link->second.target = task.target;
-        on_link(link->second);
-      }
-    });
+    room_links_.serve(registration);
   }
   static void
   expectSameBits(const MultiwayMap& a, const MultiwayMap& b)
@@ -128,7 +118,7 @@ protected:
   static inline std::vector<Eigen::Matrix3Xf> scans_;
   static inline std::vector<Eigen::Isometry3d> truth_;
   static inline std::map<unsigned, MultiwayMap> maps_;
-  static inline std::map<std::pair<std::uint64_t, std::uint64_t>, PairLink> room_links_;
+  static inline testing::LinkCache room_links_;
 };
 
 TEST_F(Room, allScansAreWhereTheyBelong)
@@ -678,23 +668,14 @@ protected:
         if (count >= most)
           throw std::runtime_error("killed");
         ++count;
-        auto link = linked_.find({task.source, task.target});
-        if (link == linked_.end())
-          link = linked_
-                     .emplace(std::pair(task.source, task.target),
-                              linkPair(task,
-                                       registration.preparedScan(task.source),
-                                       registration.preparedScan(task.target),
-                                       options))
-                     .first;
-        on_link(link->second);
+        on_link(linked_.link(registration, task, options));
       }
     });
     return registration.run();
   }
 
   static inline std::vector<Eigen::Matrix3Xf> rooms_;
-  static inline std::map<std::pair<int, int>, PairLink> linked_;
+  static inline testing::LinkCache linked_;
 };
 
 TEST_F(Rooms, candidatesPlaceWhatAllPairsPlace)
