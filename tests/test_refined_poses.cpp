@@ -155,8 +155,8 @@ TEST(RefinedPoses, AreNeverWorseThanOurs)
 
 TEST(RefinedPoses, AreKeptInTheCoordinatesOfAMap)
 {
-  io::LoadedCloud source = io::loadCloud(std::string(PCL_SSFR_DATA_DIR) + "/apartment_1.pcd");
-  io::LoadedCloud target = io::loadCloud(std::string(PCL_SSFR_DATA_DIR) + "/apartment_0.pcd");
+  io::LoadedCloud source = io::loadCloud(std::string(PCL_SSFR_DATA_DIR) + "/hall_0.pcd");
+  io::LoadedCloud target = io::loadCloud(std::string(PCL_SSFR_DATA_DIR) + "/hall_1.pcd");
   Options options = makeOptions(Profile::Default);
   options.viewpoint_mode = ViewpointMode::Unknown; // the sensors are found in the points, here and there
   options.refine = false;                          // a polished pose is better than what refiners make of it

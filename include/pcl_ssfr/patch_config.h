@@ -92,7 +92,11 @@ struct PreparationConfig {
   double loose_facing = 0.5;   ///< [rad] the same in the search and the coarse refinement
   int votes = 160;             ///< places that vote in the search for translations
   double range_cell = 0.01745; ///< [rad] width of a direction of the range image
-  int coarse_patches = 600;    ///< that stand for all in the coarse refinement, and where scans are seen along an axis
+  /// [m] patches whose plane and edges are within this of a place are found, wherever the grid of the index lies: as
+  /// far as what is counted matches (EvidenceConfig::match). Of a noisy scan more, as its matches are as much farther
+  /// apart.
+  double index_reach = 0.1;
+  int coarse_patches = 600; ///< that stand for all in the coarse refinement, and where scans are seen along an axis
   /// >= 0, points that fit no plane, of a scan, that are laid into the other one: one of a finest cell.
   int clutter_points = 1000;
   int polish_points = 2;         ///< of each ...
@@ -118,6 +122,8 @@ struct SearchConfig {
                                  ///< within it, rotations that are closer are merged, and surface faces
                                  ///< along an axis within twice it, as both may err
   int rotations = 24;            ///< best supported rotations that are searched: as many as a Manhattan room has
+  int first_rotations = 6;       ///< of them; what these find is what the others must promise (screening_share), which
+                                 ///< bounds the time: all at once solve the same 271 real pairs, a fifth slower
   int sweep_axes = 2; ///< >= 0; main normals about which rotations are swept where others do not determine them: three
                       ///< solve no more real pairs and no more simulated ones
   int sweep_steps = 40; ///< rotations about an axis, 9 degrees apart: half of it is in reach of the refinement

@@ -14,7 +14,6 @@ namespace pcl_ssfr {
 namespace {
 
 constexpr float kRounding = 1e-5f; // of coordinates, generously
-constexpr double kReach = 0.05;    // voxels: each 0.1 more makes find() 5 % slower, and solves no more pairs
 
 std::array<Eigen::Vector3f, kDirectionClasses>
 makeClassCentres()
@@ -61,12 +60,6 @@ directionClassesNear(const Eigen::Vector3f& d, double angle)
   return bits;
 }
 
-double
-PatchIndex::reach() const
-{
-  return kReach * voxel_;
-}
-
 template <typename Visit>
 void
 PatchIndex::rasterise(const Plane& plane, const Visit& visit) const
@@ -74,7 +67,7 @@ PatchIndex::rasterise(const Plane& plane, const Visit& visit) const
   const auto edge = static_cast<float>(voxel_);
   // Along the axes of the patch: how far the centre of a voxel may lie that holds a place within reach.
   const Eigen::Array4f most =
-      plane.halves + (static_cast<float>(reach()) + 0.5f * edge * (plane.x.abs() + plane.y.abs() + plane.z.abs()));
+      plane.halves + (static_cast<float>(reach_) + 0.5f * edge * (plane.x.abs() + plane.y.abs() + plane.z.abs()));
   Eigen::Array3f half; // of the box around it
   for (int axis = 0; axis < 3; ++axis) {
     const Eigen::Array4f& row = axis == 0 ? plane.x : axis == 1 ? plane.y : plane.z;
@@ -110,11 +103,12 @@ PatchIndex::rasterise(const Plane& plane, const Visit& visit) const
     }
 }
 
-PatchIndex::PatchIndex(const PlanarPatches& patches, double voxel, double facing, std::size_t max_voxels)
+PatchIndex::PatchIndex(const PlanarPatches& patches, double voxel, double reach, double facing, std::size_t max_voxels)
+    : reach_(reach)
 {
   if (patches.size() == 0)
     return;
-  layOut(addPlanes(patches, voxel), voxel, max_voxels);
+  layOut(addPlanes(patches, std::max(voxel, reach)), voxel, max_voxels);
   fill(patches.samples.oriented, facing);
 }
 

@@ -51,9 +51,8 @@ struct ShiftLine {
 /** \brief Planar patches in a voxel grid: which patches pass near a place, and which way they face.
  *
  * A lookup reads the one voxel that holds the place. It lists every patch that comes within reach() of any place in the
- * voxel, so find() and mask() miss none that is within reach() of theirs. Patches farther off, up to a wider tolerance,
- * are found where they are listed all the same: most of those within half a voxel. A scan's index is as coarse as its
- * own scale; tolerances of a pair of other scale or of noisy scans do not widen it.
+ * voxel, so find() and mask() miss none that is within reach() of theirs, wherever the grid lies. Patches farther off,
+ * up to a wider tolerance, are found where they are listed all the same: most of those within half a voxel.
  *
  * Voxels come in blocks of 8 x 8 x 8; all blocks that no patch reaches share one, as surfaces leave most of space
  * empty. Two answers of different cost: mask(p), the directions of all patches near p as one load, for the search over
@@ -88,10 +87,12 @@ public:
 
   /** \param[in] patches the patches
    * \param[in] voxel wanted edge of a voxel [m]; grows where the grid would have more than \p max_voxels
+   * \param[in] reach see reach() [m], >= 0
    * \param[in] facing [rad] angle up to which countFacing() takes a patch for one that faces the same way
    */
   PatchIndex(const PlanarPatches& patches,
              double voxel,
+             double reach = PreparationConfig{}.index_reach,
              double facing = PreparationConfig{}.loose_facing,
              std::size_t max_voxels = std::size_t{1} << 21);
 
@@ -116,7 +117,10 @@ public:
 
   /// Patches within this of a place, across their plane and beyond their edges, are found for sure [m].
   double
-  reach() const;
+  reach() const
+  {
+    return reach_;
+  }
 
   /// Direction classes of the patches within about half a voxel of \p p, and of all within reach(); 0 outside of the
   /// grid.
@@ -292,6 +296,7 @@ private:
 
   float inverse_voxel_ = 0;
   double voxel_ = 0;
+  double reach_ = 0;
   Eigen::Vector3f origin_ = Eigen::Vector3f::Zero();
   Eigen::Vector3i dims_ = Eigen::Vector3i::Zero();
   Eigen::Vector3i block_dims_ = Eigen::Vector3i::Zero();

@@ -228,7 +228,6 @@ HypothesisSource::searchTranslations(const SearchPass& pass)
 std::vector<PoseHypothesis>
 HypothesisSource::searchTranslationsOfAll(const PoseSearchOptions& options) const
 {
-  constexpr std::size_t kFirst = 6; // bounds the time: 271 real pairs are solved alike with all at once, a fifth slower
   std::vector<std::vector<PoseHypothesis>> found(rotations_.size());
   int rival_votes = 0;
   const auto search = [&](std::size_t first, std::size_t end) {
@@ -250,7 +249,8 @@ HypothesisSource::searchTranslationsOfAll(const PoseSearchOptions& options) cons
                                               own);
     });
   };
-  const std::size_t first = std::min(kFirst, rotations_.size());
+  const std::size_t first =
+      std::min(static_cast<std::size_t>(pair_.config().search.first_rotations), rotations_.size());
   search(0, first);
   for (const std::vector<PoseHypothesis>& some : found)
     for (const PoseHypothesis& pose : some)

@@ -206,15 +206,19 @@ std::vector<ScoredPose>
 polishLeaders(const PatchPair& pair, std::vector<ScoredPose> poses, StageLog& stages)
 {
   std::size_t polished = polishRivals(pair, poses);
-  if (polished > 0 && !pair.outOfTime() && pair.options().refine) {
+  if (polished > 0 && !pair.outOfTime() && pair.options().refine)
     for (ScoredPose& pose : nearbyOptima(pair, poses.front()))
       poses.push_back(std::move(pose));
+  // Polished, two may be the same pose; and without one of them another pose may be the more probable one.
+  for (std::size_t count = 0; count != poses.size();) {
     polished += polishRivals(pair, poses);
+    count = poses.size();
+    poses = firstDistinct(pair, std::move(poses));
   }
   const Eigen::Index points = pair.source().surface.points.cols() + pair.target().surface.points.cols();
   stages.report(
       "polish", polished * static_cast<std::size_t>(points), static_cast<std::uint64_t>(poses.front().polish->matches));
-  return firstDistinct(pair, std::move(poses)); // polished, two may be the same pose
+  return poses;
 }
 
 PoseUncertainty
