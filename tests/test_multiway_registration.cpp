@@ -93,12 +93,6 @@ protected:
     }
     return map->second;
   }
-  /// Link a pair of scans by the usual options once for all tests, whatever else they are about.
-  static void
-  reuseLinks(MultiwayRegistration& registration)
-  {
-    room_links_.serve(registration);
-  }
   static void
   expectSameBits(const MultiwayMap& a, const MultiwayMap& b)
   {
@@ -118,7 +112,7 @@ protected:
   static inline std::vector<Eigen::Matrix3Xf> scans_;
   static inline std::vector<Eigen::Isometry3d> truth_;
   static inline std::map<unsigned, MultiwayMap> maps_;
-  static inline testing::LinkCache room_links_;
+  static inline testing::LinkCache room_links_; ///< by the usual options, once for all tests
 };
 
 TEST_F(Room, allScansAreWhereTheyBelong)
@@ -165,7 +159,7 @@ TEST_F(Room, scansAtOnePlaceAreNamedAndKept)
     again.push_back(R.cast<float>().transpose() * testing::castScan(scene, T, testing::roomScanner(0.02), seed));
   }
   MultiwayRegistration registration;
-  reuseLinks(registration);
+  room_links_.serve(registration);
   addAll(registration);
   registration.addScan("again1", testing::viewOfPoints(again[0]));
   registration.addScan("again2", testing::viewOfPoints(again[1]));
@@ -307,7 +301,7 @@ TEST_F(Room, decisionsOnACopyAreOnTheScan)
   options.threads = 2;
   {
     MultiwayRegistration registration(options);
-    reuseLinks(registration);
+    room_links_.serve(registration);
     addAll(registration);
     const int copy = registration.addScan("copy of 2", view(2));
     for (const int other : {0, 1, 3, 4})
@@ -323,7 +317,7 @@ TEST_F(Room, decisionsOnACopyAreOnTheScan)
   }
   {
     MultiwayRegistration registration(options);
-    reuseLinks(registration);
+    room_links_.serve(registration);
     addAll(registration);
     const int copy = registration.addScan("copy of 2", view(2));
     registration.accept(copy, 0);
@@ -344,7 +338,7 @@ TEST_F(Room, theProjectHoldsTheMapAsItWasBroughtToTheUsersFrame)
   const std::string file = folder.file("map.sqlite");
   MultiwayRegistration registration;
   registration.openProject(file, false);
-  reuseLinks(registration);
+  room_links_.serve(registration);
   addAll(registration);
   registration.pin(0);
   MultiwayMap map = registration.run();
@@ -373,7 +367,7 @@ TEST_F(Room, badScansAreRowsWithReasons)
   MultiwayOptions options;
   options.threads = 2;
   MultiwayRegistration registration(options);
-  reuseLinks(registration);
+  room_links_.serve(registration);
   addAll(registration);
   registration.addScan("empty", ScanView());
   registration.addScan("twice", view(1));
@@ -513,7 +507,7 @@ TEST_F(Room, aPersonsWordAndPriorsCount)
   MultiwayOptions options;
   options.threads = 2;
   MultiwayRegistration registration(options);
-  reuseLinks(registration);
+  room_links_.serve(registration);
   addAll(registration);
   for (const int other : {0, 1, 3, 4})
     registration.reject(2, other);

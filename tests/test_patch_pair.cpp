@@ -41,12 +41,13 @@ protected:
     const testing::Scene scene = testing::makeFurnishedRoom(1);
     const Eigen::Isometry3d T_world_target = testing::sensorPose(scene.stations.at(0), 0.1);
     const Eigen::Isometry3d T_world_source = testing::sensorPose(scene.stations.at(1), 1.85, 0.2);
-    const auto prepared = [&](const Eigen::Isometry3d& T_world_sensor, std::uint64_t seed) {
-      const Eigen::Matrix3Xf points = testing::castScan(scene, T_world_sensor, testing::roomScanner(0.0262), seed);
-      return preparePatchScan(viewOfPoints(points), Options());
+    const auto cast = [&](const Eigen::Isometry3d& T_world_sensor, std::uint64_t seed) {
+      return testing::castScan(scene, T_world_sensor, testing::roomScanner(0.0262), seed);
     };
-    source_ = new PatchScan(prepared(T_world_source, 12));
-    target_ = new PatchScan(prepared(T_world_target, 11));
+    target_points_ = cast(T_world_target, 11);
+    const Eigen::Matrix3Xf source_points = cast(T_world_source, 12);
+    source_ = new PatchScan(preparePatchScan(viewOfPoints(source_points), Options()));
+    target_ = new PatchScan(preparePatchScan(viewOfPoints(target_points_), Options()));
     truth_ = testing::relativePose(T_world_target, T_world_source);
   }
 
@@ -64,6 +65,7 @@ protected:
     return PatchPair(*source_, *target_, options, nullptr, deadline);
   }
 
+  static inline Eigen::Matrix3Xf target_points_; ///< in the frame of its sensor
   static inline PatchScan* source_ = nullptr;
   static inline PatchScan* target_ = nullptr;
   static inline Eigen::Isometry3d truth_ = Eigen::Isometry3d::Identity(); ///< between the sensors' frames
@@ -343,9 +345,7 @@ TEST_F(PatchPairOfARoom, NoisyScansMatchFartherThinPatchesNoNearer)
 
 TEST_F(PatchPairOfARoom, TheIndexReachesAsFarAsACountedMatch)
 {
-  const testing::Scene scene = testing::makeFurnishedRoom(1);
-  Eigen::Matrix3Xf points =
-      testing::castScan(scene, testing::sensorPose(scene.stations.at(0), 0.1), testing::roomScanner(0.0262), 11);
+  Eigen::Matrix3Xf points = target_points_;
   testing::Random random(3);
   for (const double noise : {0.0, 0.06}) {
     for (Eigen::Index i = 0; i < points.size(); ++i)

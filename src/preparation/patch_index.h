@@ -52,7 +52,8 @@ struct ShiftLine {
  *
  * A lookup reads the one voxel that holds the place. It lists every patch that comes within reach() of any place in the
  * voxel, so find() and mask() miss none that is within reach() of theirs, wherever the grid lies. Patches farther off,
- * up to a wider tolerance, are found where they are listed all the same: most of those within half a voxel.
+ * up to a wider tolerance, are found where they are listed all the same: most of those within half a voxel. The reach
+ * is of the scan: that the other scan of a pair is larger or noisier, and tolerances wider, does not widen it.
  *
  * Voxels come in blocks of 8 x 8 x 8; all blocks that no patch reaches share one, as surfaces leave most of space
  * empty. Two answers of different cost: mask(p), the directions of all patches near p as one load, for the search over

@@ -255,7 +255,7 @@ preparePatchScan(const ScanView& scan, const Options& options, const Deadline& d
   cloud = ThinnedCloud(); // its memory goes before the index needs some
   // A voxel is as wide as the geometric mean of the edges of patches: each lists few, and each is listed in few.
   const double levels = 0.5 * (config.patches.finest_level + config.patches.coarsest_level);
-  const double noise = std::max(1.0, prepared.thickness / lengths.thickness);
+  const double noise = prepared.thickness / lengths.thickness; // see choosePatchThickness(): 1 and more
   prepared.index =
       PatchIndex(prepared.patches, lengths.leaf * std::exp2(levels), lengths.index_reach * noise, config.loose_facing);
   prepared.stages.push_back(clock.lap("index", count(prepared.patches.size()), count(prepared.surface.points.cols())));
