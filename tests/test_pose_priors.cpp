@@ -79,8 +79,8 @@ TEST(PosePriors, TiltWithinToleranceAndMargin)
   for (int trial = 0; trial < 50; ++trial) {
     const Eigen::Vector3d up_source = testing::randomRotation(random).col(2);
     const Eigen::Vector3d up_target = testing::randomRotation(random).col(2);
-    const Eigen::Matrix3d R_upright = Eigen::Quaterniond::FromTwoVectors(up_source, up_target).toRotationMatrix() *
-                                      rotationAbout(up_source, random.uniform(-3, 3));
+    const Eigen::Matrix3d R_upright =
+        rotationOnto(up_source, up_target) * rotationAbout(up_source, random.uniform(-3, 3));
     const auto tilted = [&](double angle) {
       return Eigen::Matrix3d(rotationAbout(up_target.unitOrthogonal(), angle) * R_upright);
     };
@@ -202,7 +202,7 @@ TEST(LogPrior, AVerticalIsGaussianInTheTilt)
   const Eigen::Vector3d up_source(0, 0.6, 0.8), up_target(0.8, 0, 0.6);
   const PosePriors priors(
       withVertical(0.3, 2 * up_source, 3 * up_target), std::nullopt, kPlace, kRadius, PatchProfileConfig());
-  const Eigen::Matrix3d R_upright = Eigen::Quaterniond::FromTwoVectors(up_source, up_target).toRotationMatrix();
+  const Eigen::Matrix3d R_upright = rotationOnto(up_source, up_target);
   testing::Random random(7);
   // One standard deviation of what is given is 0.1; a refined pose errs by 0.01 besides.
   for (const double tilt : {0.0, 0.1, 0.2, 0.3, 0.6}) {

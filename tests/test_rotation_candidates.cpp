@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
+#include "common/rotation_math.h"
 #include "pose_matchers.h"
 #include "search/rotation_candidates.h"
 #include "synthetic_scene.h"
@@ -223,7 +224,7 @@ TEST(SweepRotations, GoesAllAroundTheSharedAxis)
     EXPECT_LT((candidate.R_target_source * source - target).norm(), 1e-9);
   }
   // Whatever the turn about the axis, one of the sweep is within half a step.
-  const Eigen::Matrix3d onto = Eigen::Quaterniond::FromTwoVectors(source, target).toRotationMatrix();
+  const Eigen::Matrix3d onto = rotationOnto(source, target);
   for (int trial = 0; trial < 100; ++trial) {
     const Eigen::Matrix3d R = Eigen::AngleAxisd(random.uniform(-3.2, 3.2), target).toRotationMatrix() * onto;
     double nearest = 10;

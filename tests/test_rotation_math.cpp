@@ -55,6 +55,31 @@ TEST(NearestRotation, OfNothingIsARotation)
   EXPECT_NEAR(R.determinant(), 1, 1e-12);
 }
 
+TEST(RotationOnto, IsTheSmallestThatDoes)
+{
+  testing::Random random(5);
+  for (int trial = 0; trial < 50; ++trial) {
+    const Eigen::Vector3d from = random.uniform(0.1, 9) * testing::randomRotation(random).col(0);
+    Eigen::Vector3d to = testing::randomRotation(random).col(0);
+    if (trial % 3 != 0) // nearly the same, and nearly opposite
+      to = turn(1e-3, to) * (trial % 3 == 1 ? 1 : -0.2) * from;
+    const Eigen::Matrix3d R = rotationOnto(from, to);
+    EXPECT_TRUE((R.transpose() * R).isIdentity(1e-12));
+    EXPECT_NEAR(R.determinant(), 1, 1e-12);
+    EXPECT_LT(angleBetweenDirections(R * from, to), 1e-11);
+    EXPECT_NEAR(angleBetween(R, Eigen::Matrix3d::Identity()), angleBetweenDirections(from, to), 1e-9);
+  }
+  const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
+  EXPECT_TRUE(rotationOnto(up, up).isIdentity(0));
+  for (const double from_opposite : {0.0, 1e-17, 1e-12, 1e-9, 1e-8, 1e-7, 1e-5}) {
+    const Eigen::Vector3d to = Eigen::Vector3d(from_opposite, 0, -1).normalized();
+    const Eigen::Matrix3d R = rotationOnto(up, to);
+    EXPECT_TRUE((R.transpose() * R).isIdentity(1e-12));
+    EXPECT_NEAR(R.determinant(), 1, 1e-12);
+    EXPECT_LT(angleBetweenDirections(R * up, to), 1.1e-8) << from_opposite;
+  }
+}
+
 TEST(AngleBetween, IsTheAngleOfTheTurn)
 {
   testing::Random random(2);

@@ -4,6 +4,7 @@
 #include <apps/drawing/scene_drawing.h>
 
 #include "common/angles.h"
+#include "common/rotation_math.h"
 
 #include <algorithm>
 #include <cmath>
@@ -292,7 +293,8 @@ makeScanLayer(const io::LoadedCloud& cloud,
 Eigen::Isometry3d
 pictureFrame(const io::LoadedCloud& target, const Eigen::Vector3d& up)
 {
-  const Eigen::Isometry3d T_picture_target(Eigen::Quaterniond::FromTwoVectors(up, Eigen::Vector3d::UnitZ()));
+  Eigen::Isometry3d T_picture_target = Eigen::Isometry3d::Identity();
+  T_picture_target.linear() = rotationOnto(up, Eigen::Vector3d::UnitZ());
   return straighten(makeScanLayer(target, T_picture_target, kTargetColour, "").thinned) * T_picture_target;
 }
 

@@ -3,6 +3,8 @@
 
 #include <apps/map/upright_view.h>
 
+#include "common/rotation_math.h"
+
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 
@@ -55,7 +57,7 @@ uprightView(const std::vector<Eigen::Vector3d>& points,
     if (!mean.isZero(0))
       up = mean.normalized();
   }
-  const Eigen::Matrix3d level = Eigen::Quaterniond::FromTwoVectors(up, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  const Eigen::Matrix3d level = rotationOnto(up, Eigen::Vector3d::UnitZ());
   double cosines = 0, sines = 0; // of four times the heading: walls of a room are a quarter of a turn apart
   for (std::size_t i = 0; i < normals.size(); ++i) {
     const Eigen::Vector3d n = level * normals[i];

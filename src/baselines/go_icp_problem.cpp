@@ -4,8 +4,7 @@
 #include "go_icp_problem.h"
 
 #include "common/angles.h"
-
-#include <Eigen/SVD>
+#include "common/rotation_math.h"
 
 #include <algorithm>
 #include <array>
@@ -55,12 +54,8 @@ fitRigid(const Points3& from, const Points3& to, const std::vector<Eigen::Index>
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
   for (const Eigen::Index c : columns)
     covariance += (to.col(c) - to_mean) * (from.col(c) - from_mean).transpose();
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Eigen::Vector3d signs = Eigen::Vector3d::Ones();
-  if ((svd.matrixU() * svd.matrixV().transpose()).determinant() < 0)
-    signs[2] = -1;
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-  T.linear() = svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
+  T.linear() = nearestRotation(covariance);
   T.translation() = to_mean - T.linear() * from_mean;
   return T;
 }

@@ -22,6 +22,21 @@ nearestRotation(const Eigen::Matrix3d& matrix)
   return svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
 }
 
+Eigen::Matrix3d
+rotationOnto(const Eigen::Vector3d& from, const Eigen::Vector3d& to)
+{
+  // Two reflections: the first turns `from` round, the second, across what lies in the middle, lays it on `to`. A
+  // quaternion of the two loses its digits, and is no rotation any more, where they are nearly opposite.
+  constexpr double kOpposite = 1e-8; // length of the sum of unit vectors: with less, its direction is rounding
+  const Eigen::Vector3d first = from.normalized();
+  const Eigen::Vector3d sum = first + to.normalized();
+  const Eigen::Vector3d middle = sum.norm() > kOpposite ? sum.normalized() : first.unitOrthogonal();
+  const auto reflection = [](const Eigen::Vector3d& v) -> Eigen::Matrix3d {
+    return Eigen::Matrix3d::Identity() - 2 * v * v.transpose();
+  };
+  return reflection(middle) * reflection(first);
+}
+
 double
 angleBetweenDirections(const Eigen::Vector3d& a, const Eigen::Vector3d& b)
 {

@@ -17,6 +17,11 @@ namespace pcl_ssfr {
 Eigen::Matrix3d
 nearestRotation(const Eigen::Matrix3d& matrix);
 
+/// The smallest rotation that lays one direction, of any length > 0, on another; one of those that do where they are
+/// opposite. Exact to rounding, of directions that are nearly opposite to 1e-8 rad.
+Eigen::Matrix3d
+rotationOnto(const Eigen::Vector3d& from, const Eigen::Vector3d& to);
+
 /// Angle between two directions of any length > 0 [rad], [0, pi].
 double
 angleBetweenDirections(const Eigen::Vector3d& a, const Eigen::Vector3d& b);

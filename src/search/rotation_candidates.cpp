@@ -250,8 +250,7 @@ sweepRotations(const std::vector<Eigen::Vector3d>& source_axes,
   std::vector<RotationCandidate> sweep;
   for (std::size_t i = 0; i < source_axes.size(); ++i)
     for (std::size_t j = 0; j < target_axes.size(); ++j) {
-      const Eigen::Matrix3d onto =
-          Eigen::Quaterniond::FromTwoVectors(source_axes[i], target_axes[j]).toRotationMatrix();
+      const Eigen::Matrix3d onto = rotationOnto(source_axes[i], target_axes[j]);
       for (int k = 0; k < steps; ++k) {
         RotationCandidate candidate;
         candidate.R_target_source = Eigen::AngleAxisd(k * step, target_axes[j]).toRotationMatrix() * onto;
