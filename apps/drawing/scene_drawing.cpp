@@ -293,8 +293,7 @@ makeScanLayer(const io::LoadedCloud& cloud,
 Eigen::Isometry3d
 pictureFrame(const io::LoadedCloud& target, const Eigen::Vector3d& up)
 {
-  Eigen::Isometry3d T_picture_target = Eigen::Isometry3d::Identity();
-  T_picture_target.linear() = rotationOnto(up, Eigen::Vector3d::UnitZ());
+  const Eigen::Isometry3d T_picture_target(rotationOnto(up, Eigen::Vector3d::UnitZ()));
   return straighten(makeScanLayer(target, T_picture_target, kTargetColour, "").thinned) * T_picture_target;
 }
 
