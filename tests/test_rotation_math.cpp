@@ -78,6 +78,16 @@ TEST(RotationOnto, IsTheSmallestThatDoes)
     EXPECT_NEAR(R.determinant(), 1, 1e-12);
     EXPECT_LT(angleBetweenDirections(R * up, to), 1.1e-8) << from_opposite;
   }
+  // Of directions along no axis the sum is rounding where it should be nothing.
+  for (int trial = 0; trial < 200; ++trial) {
+    const Eigen::Vector3d from = random.uniform(0.1, 9) * testing::randomRotation(random).col(0);
+    const double from_opposite = std::pow(10, random.uniform(-18, -6));
+    const Eigen::Vector3d to = -(turn(from_opposite, testing::randomRotation(random).col(0)) * from).normalized();
+    const Eigen::Matrix3d R = rotationOnto(from, to);
+    EXPECT_TRUE((R.transpose() * R).isIdentity(1e-12));
+    EXPECT_NEAR(R.determinant(), 1, 1e-12);
+    EXPECT_LT(angleBetweenDirections(R * from, to), 5e-8) << from_opposite;
+  }
 }
 
 TEST(AngleBetween, IsTheAngleOfTheTurn)
