@@ -3,8 +3,9 @@
 
 // Hard cases on real scans with ground truth (CMake: PCL_SSFR_TEST_DATA_DIR). Every source is rotated by a seeded
 // random rotation about its sensor first. A row names pairs and how many of them may be missed; nothing wrong may be
-// accepted.
+// accepted. And sensors that have to be looked for.
 
+#include "preparation/viewpoint_search.h"
 #include "real_scans.h"
 #include "simulated_scans.h"
 #include "synthetic_scene.h"
@@ -114,6 +115,30 @@ TEST_P(HardRealPairs, AreSolved)
   const fs::path folder = realScansFolder() / row.folder;
   const io::DatasetFolder dataset = io::readDatasetFolder(folder.string());
   expectSolved(dataset.path, dataset.pairs, row.pairs, row.may_fail, row.source, row.target, row.turns);
+}
+
+TEST(OpenRoad, SensorsAreFoundInAnotherFrame)
+{
+  // Most returns are ground at a grazing angle. Few points make wide directions, in which even the sensor sees it at
+  // two depths.
+  if (realScansFolder().empty())
+    GTEST_SKIP() << kNoRealScans;
+  const fs::path folder = realScansFolder() / "ouster_kaist03";
+  const io::DatasetFolder dataset = io::readDatasetFolder(folder.string());
+  std::set<std::string> scans;
+  for (const io::ScanPair& pair : dataset.pairs)
+    scans.insert({pair.source, pair.target});
+  Random random(5);
+  std::size_t found = 0;
+  for (const std::string& name : scans) {
+    const Eigen::Matrix3f R = randomRotation(random).cast<float>();
+    const Eigen::Vector3f sensor = 50 * randomRotation(random).col(0).cast<float>();
+    const Eigen::Matrix3Xf points = toColumns(*loadPoints(io::scanPath(dataset.path, name)));
+    const auto place = findViewpoint((R * points).colwise() + sensor, ViewpointSearchConfig(), 2);
+    found += place && (*place - sensor).norm() < 1;
+  }
+  EXPECT_EQ(scans.size(), 21u);
+  EXPECT_GE(found, 17u);
 }
 
 TEST(LittleOverlap, FifteenToThirtyPercentOfACarPark)

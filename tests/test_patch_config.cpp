@@ -41,9 +41,9 @@ const std::vector<double> kFactors = {0.5, 1.7};
 /// The numbers whose range is flat from half to 1.7 times their value for all cases below, with the reason.
 const std::map<std::string, std::string> kFlat = {
     {"preparation.viewpoint.levels[1].places", "so many that the best is among them anyway"},
-    {"preparation.viewpoint.levels[1].points", "as many as let the best be among the first of them"},
     {"preparation.viewpoint.levels[2].places", "so many that the best is among them"},
     {"preparation.viewpoint.levels[3].places", "two end at the same place"},
+    {"preparation.viewpoint.grid_directions", "matters on open roads: test_hard_real_pairs, OpenRoad"},
     {"search.little_overlap.promising", "0: one batch"},
     {"judgement.uncertainty.max_rotation", "directions are determined well or not at all; see test_pose_uncertainty"},
     {"judgement.posterior_blind.clear", "0: without free space nothing contradicts"},

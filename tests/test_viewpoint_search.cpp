@@ -31,6 +31,18 @@ configAt(double scale)
   return scaled(PreparationConfig(), scale).viewpoint;
 }
 
+/// A road in the open: nearly all that 64 rings see is ground, and a few cars.
+Eigen::Matrix3Xf
+scanOfAnOpenRoad()
+{
+  testing::Scene road;
+  road.addBlock(Eigen::Vector3d(0, 0, -1), Eigen::Vector3d(400, 400, 1));
+  for (int k = 0; k < 8; ++k)
+    road.addBlock(Eigen::Vector3d(12 * k - 45, k % 2 ? 6 : -7, 0), Eigen::Vector3d(4.5, 1.8, 1.5));
+  const Eigen::Vector3d sensor(0, 0, 1.9);
+  return testing::castScan(road, testing::sensorPose(sensor, 0), testing::vehicleScanner(64), 3);
+}
+
 class Viewpoint : public ::testing::Test {
 protected:
   /// What the sensor at a station sees, in the world's axes, with the station at the origin.
@@ -56,18 +68,26 @@ TEST_F(Viewpoint, OfTheSensorIsPlausibleAndOthersAreNot)
 
 TEST(OpenRoadViewpoint, IsPlausibleThoughTheGroundIsSeenAtAGrazingAngle)
 {
-  // Nearly all that is seen is ground, and a few cars: within a degree it recedes by more than a fourth of its range.
-  testing::Scene road;
-  road.addBlock(Eigen::Vector3d(0, 0, -1), Eigen::Vector3d(400, 400, 1));
-  for (int k = 0; k < 8; ++k)
-    road.addBlock(Eigen::Vector3d(12 * k - 45, k % 2 ? 6 : -7, 0), Eigen::Vector3d(4.5, 1.8, 1.5));
-  const Eigen::Vector3d sensor(0, 0, 1.9);
-  const Eigen::Matrix3Xf scan = testing::castScan(road, testing::sensorPose(sensor, 0), testing::vehicleScanner(64), 3);
+  // Within a degree the ground recedes by more than a fourth of its range.
+  const Eigen::Matrix3Xf scan = scanOfAnOpenRoad();
   const ViewpointSearchConfig config;
   EXPECT_TRUE(isPlausibleViewpoint(scan, Eigen::Vector3f::Zero(), config));
   for (const Eigen::Vector3f& away :
        {Eigen::Vector3f(50, 0, 0), Eigen::Vector3f(0, 50, 0), Eigen::Vector3f(-30, -40, 1), Eigen::Vector3f(0, 0, 50)})
     EXPECT_FALSE(isPlausibleViewpoint(scan, away, config)) << away.transpose();
+}
+
+TEST(OpenRoadViewpoint, IsFoundInAnotherFrameForAnyNumberOfThreads)
+{
+  // The ground is the same from a metre above: only its height is uncertain.
+  const Eigen::Vector3f sensor(20, -40, 5);
+  const Eigen::Matrix3Xf scan = scanOfAnOpenRoad().colwise() + sensor;
+  const std::optional<Eigen::Vector3f> place = findViewpoint(scan, ViewpointSearchConfig(), 1);
+  ASSERT_TRUE(place);
+  EXPECT_LT((*place - sensor).head<2>().norm(), 1);
+  EXPECT_LT(std::abs(place->z() - sensor.z()), 3);
+  for (const unsigned threads : {2u, 5u})
+    EXPECT_EQ(*place, findViewpoint(scan, ViewpointSearchConfig(), threads).value());
 }
 
 TEST(SparseRingsViewpoint, IsPlausibleThoughDirectionsBetweenTheRingsAreEmpty)

@@ -27,15 +27,18 @@ namespace pcl_ssfr {
  * and more. Measured on 131 scans of 13 sets and 110 merged clouds; lengths are those at scale 1.
  */
 struct ViewpointSearchConfig {
-  /// One level of the search. Points are drawn evenly; directions are as wide as gives four for each point. In wider
-  /// ones ground seen at a grazing angle, on an open road all that is seen, has two depths from the sensor too.
+  /// One level of the search. Points are drawn evenly.
   struct Level {
     int places{};  ///< rated, the best of the level before; of the first level: on the grid
     int points{};  ///< that rate a place
     double step{}; ///< of the grid [m], wider where it would have more places; below: places move until none is better
   };
-  /// With the points, the width of the directions halves from level to level, and the score of a place settles.
-  std::array<Level, 4> levels{{{1500, 1500, 1.0}, {300, 6000, 1.0}, {3, 12000, 0.25}, {1, 40000, 0.0625}}};
+  /// The best places of each are rated by more points in the next.
+  std::array<Level, 4> levels{{{1500, 1500, 1.0}, {150, 6000, 1.0}, {3, 12000, 0.25}, {1, 40000, 0.0625}}};
+  /// Directions for each point that rates the places of the grid, at most four for each point of the scan; elsewhere
+  /// four. Few points make wide directions, in which ground seen at a grazing angle has two depths from the sensor too:
+  /// with four, half of the sensors on an open road are missed. In narrow ones returns hardly meet where a place moves.
+  int grid_directions = 8;
   double reach = 0.25;       ///< of the grid: mean log range of the points above the least; sensors: within 0.25
   double depth_ratio = 1.25; ///< two depths: the farthest return is beyond this multiple of the nearest and the margin;
                              ///< with 1.5 places in car parks are 6 m off

@@ -115,6 +115,7 @@ numbersOf(PatchProfileConfig& config)
           LEVEL(1),
           LEVEL(2),
           LEVEL(3),
+          NUMBER(preparation.viewpoint.grid_directions, Bound::AtLeastOne),
           NUMBER(preparation.viewpoint.reach, Bound::Positive),
           NUMBER(preparation.viewpoint.depth_ratio, Bound::AtLeastOne),
           NUMBER(preparation.viewpoint.depth_margin, Bound::Positive, Scaling::Scene),

@@ -33,11 +33,16 @@ drawPoints(const Eigen::Matrix3Xf& points, Eigen::Index most)
   return drawn;
 }
 
-/// A grid with about four directions for each of so many points (see ViewpointSearchConfig::Level).
+/// Directions for each point that rates a place, where places are compared with those around them.
+constexpr Eigen::Index kDirections = 4;
+
+/// A grid with so many directions for each of the \p points that rate. A scan with few points, which are all among
+/// them, has four for each: in narrower ones its returns hardly meet.
 DirectionGrid
-gridFor(Eigen::Index points)
+gridFor(Eigen::Index points, Eigen::Index directions, Eigen::Index all)
 {
-  return DirectionGrid(std::min(1.0, std::sqrt(kPi / static_cast<double>(points))));
+  const Eigen::Index n = std::min(directions * points, kDirections * all);
+  return DirectionGrid(std::min(1.0, std::sqrt(4 * kPi / static_cast<double>(n))));
 }
 
 /// In how many directions something is seen.
@@ -67,8 +72,13 @@ countDirections(const std::vector<DepthSpan>& spans, double ratio, double margin
 /// The objective of the search: how well some points may have been seen from a place.
 class Rating {
 public:
-  Rating(const Eigen::Matrix3Xf& points, int most, const ViewpointSearchConfig& config, const Deadline& deadline)
-      : points_(drawPoints(points, most)), grid_(gridFor(points_.cols())), config_(config), deadline_(deadline)
+  Rating(const Eigen::Matrix3Xf& points,
+         int most,
+         Eigen::Index directions,
+         const ViewpointSearchConfig& config,
+         const Deadline& deadline)
+      : points_(drawPoints(points, most)), grid_(gridFor(points_.cols(), directions, points.cols())), config_(config),
+        deadline_(deadline)
   {}
 
   /// Of \p place, as a share of the points.
@@ -259,7 +269,7 @@ isPlausibleViewpoint(const Eigen::Matrix3Xf& points,
   // rings apart the nearer a place is to them. Fewer points leave as wide gaps along the rings as between them; with as
   // few as those of the first level chance makes as much contrast as the bound asks for.
   return points.cols() > 0 && std::any_of(config.levels.rbegin(), config.levels.rend() - 1, [&](const Level& level) {
-           return Rating(points, level.points, config, deadline).accepts(place);
+           return Rating(points, level.points, kDirections, config, deadline).accepts(place);
          });
 }
 
@@ -274,25 +284,32 @@ findViewpoint(const Eigen::Matrix3Xf& points,
   PlaceGrid grid = layGrid(drawPoints(points, config.levels.front().points), config, deadline);
   std::vector<Place> best = std::move(grid.places);
   double step = grid.step; // to which the best places are known
-  for (const Level& level : config.levels) {
-    const Rating rating(points, level.points, config, deadline);
-    const bool moves = level.step < config.levels.front().step;
-    if (moves)
-      best = keepApart(best, level.places, step);
-    else if (&level != &config.levels.front())
-      best.resize(std::min(best.size(), static_cast<std::size_t>(level.places)));
+  const auto visitAndSort = [&](const auto& visit) {
     forEachInParallel(static_cast<std::int64_t>(best.size()), 1, static_cast<int>(threads), [&](std::int64_t i) {
-      Place& place = best[static_cast<std::size_t>(i)];
-      if (moves)
-        climb(place, step / 2, level.step, deadline, rating);
-      else
-        place.score = deadline.hasPassed() ? 0 : rating(place.position);
+      visit(best[static_cast<std::size_t>(i)]);
     });
     sortByScore(best);
-    step = moves ? level.step : grid.step;
+  };
+  for (const Level& level : config.levels) {
+    const bool moves = level.step < config.levels.front().step;
+    const Rating rating(points, level.points, moves ? kDirections : config.grid_directions, config, deadline);
+    const auto rate = [&](Place& place) { place.score = deadline.hasPassed() ? 0 : rating(place.position); };
+    if (moves) {
+      const bool have_moved = step < grid.step;
+      if (have_moved) // The few that are left are compared by this level's points; to move them all would take longer.
+        visitAndSort(rate);
+      best = keepApart(best, level.places, step);
+      visitAndSort([&](Place& place) { climb(place, step / 2, level.step, deadline, rating); });
+      step = level.step;
+    }
+    else {
+      if (&level != &config.levels.front())
+        best.resize(std::min(best.size(), static_cast<std::size_t>(level.places)));
+      visitAndSort(rate);
+    }
   }
   const Eigen::Vector3f place = best.front().position;
-  const Rating rating(points, config.levels.back().points, config, deadline);
+  const Rating rating(points, config.levels.back().points, kDirections, config, deadline);
   // Where much is seen at two depths even from the best place, scans were merged.
   const bool is_found = rating.isClear(place) && rating.accepts(place);
   return is_found && !deadline.hasPassed() ? std::optional<Eigen::Vector3f>(place) : std::nullopt;
