@@ -21,6 +21,13 @@ turn(double angle, const Eigen::Vector3d& axis)
   return Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix();
 }
 
+void
+expectRotation(const Eigen::Matrix3d& R)
+{
+  EXPECT_TRUE((R.transpose() * R).isIdentity(1e-12));
+  EXPECT_NEAR(R.determinant(), 1, 1e-12);
+}
+
 TEST(NearestRotation, ByHand)
 {
   EXPECT_TRUE(nearestRotation(Eigen::Vector3d(3, 2, 1).asDiagonal()).isIdentity(1e-12));
@@ -37,8 +44,7 @@ TEST(NearestRotation, NoRotationIsNearer)
     const Eigen::Matrix3d M = testing::randomRotation(random) * Eigen::Vector3d(1.5, 0.8, 0.3).asDiagonal() *
                               testing::randomRotation(random).transpose();
     const Eigen::Matrix3d R = nearestRotation(M);
-    EXPECT_TRUE((R.transpose() * R).isIdentity(1e-12));
-    EXPECT_NEAR(R.determinant(), 1, 1e-12);
+    expectRotation(R);
     for (int other = 0; other < 200; ++other) {
       const Eigen::Matrix3d Q = other % 2 == 0
                                     ? testing::randomRotation(random)
@@ -51,8 +57,7 @@ TEST(NearestRotation, NoRotationIsNearer)
 TEST(NearestRotation, OfNothingIsARotation)
 {
   const Eigen::Matrix3d R = nearestRotation(Eigen::Matrix3d::Zero());
-  EXPECT_TRUE((R.transpose() * R).isIdentity(1e-12));
-  EXPECT_NEAR(R.determinant(), 1, 1e-12);
+  expectRotation(R);
 }
 
 TEST(RotationOnto, IsTheSmallestThatDoes)
@@ -64,8 +69,7 @@ TEST(RotationOnto, IsTheSmallestThatDoes)
     if (trial % 3 != 0) // nearly the same, and nearly opposite
       to = turn(1e-3, to) * (trial % 3 == 1 ? 1 : -0.2) * from;
     const Eigen::Matrix3d R = rotationOnto(from, to);
-    EXPECT_TRUE((R.transpose() * R).isIdentity(1e-12));
-    EXPECT_NEAR(R.determinant(), 1, 1e-12);
+    expectRotation(R);
     EXPECT_LT(angleBetweenDirections(R * from, to), 1e-11);
     EXPECT_NEAR(angleBetween(R, Eigen::Matrix3d::Identity()), angleBetweenDirections(from, to), 1e-9);
   }
@@ -74,8 +78,7 @@ TEST(RotationOnto, IsTheSmallestThatDoes)
   for (const double from_opposite : {0.0, 1e-17, 1e-12, 1e-9, 1e-8, 1e-7, 1e-5}) {
     const Eigen::Vector3d to = Eigen::Vector3d(from_opposite, 0, -1).normalized();
     const Eigen::Matrix3d R = rotationOnto(up, to);
-    EXPECT_TRUE((R.transpose() * R).isIdentity(1e-12));
-    EXPECT_NEAR(R.determinant(), 1, 1e-12);
+    expectRotation(R);
     EXPECT_LT(angleBetweenDirections(R * up, to), 1.1e-8) << from_opposite;
   }
   // Of directions along no axis the sum is rounding where it should be nothing.
@@ -84,8 +87,7 @@ TEST(RotationOnto, IsTheSmallestThatDoes)
     const double from_opposite = std::pow(10, random.uniform(-18, -6));
     const Eigen::Vector3d to = -(turn(from_opposite, testing::randomRotation(random).col(0)) * from).normalized();
     const Eigen::Matrix3d R = rotationOnto(from, to);
-    EXPECT_TRUE((R.transpose() * R).isIdentity(1e-12));
-    EXPECT_NEAR(R.determinant(), 1, 1e-12);
+    expectRotation(R);
     EXPECT_LT(angleBetweenDirections(R * from, to), 5e-8) << from_opposite;
   }
 }

@@ -37,7 +37,7 @@ struct ViewpointSearchConfig {
   std::array<Level, 4> levels{{{1500, 1500, 1.0}, {150, 6000, 1.0}, {3, 12000, 0.25}, {1, 40000, 0.0625}}};
   /// Directions for each point that rates the places of the grid, at most four for each point of the scan; elsewhere
   /// four. Few points make wide directions, in which ground seen at a grazing angle has two depths from the sensor too:
-  /// with four, half of the sensors on an open road are missed. In narrow ones returns hardly meet where a place moves.
+  /// with four, most of the sensors on an open road are missed. In narrow ones returns hardly meet where a place moves.
   int grid_directions = 8;
   double reach = 0.25;       ///< of the grid: mean log range of the points above the least; sensors: within 0.25
   double depth_ratio = 1.25; ///< two depths: the farthest return is beyond this multiple of the nearest and the margin;
