@@ -3,7 +3,12 @@
 
 // Buildings made to mislead, from their scans to the map: bays, rooms and storeys that are alike.
 
+#include "multiway/parts.h"
+#include "multiway/rival_groups.h"
+#include "multiway/scan_pair.h"
+
 #include <pcl_ssfr/multiway/multiway_registration.h>
+#include <pcl_ssfr/pipeline.h>
 
 #include <apps/simulation/dataset_simulation.h>
 #include <apps/simulation/ray_caster.h>
@@ -14,41 +19,68 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <numeric>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace pcl_ssfr::test_multiway_misleading {
 namespace {
 
-/// Scans at stations of a building whose parts are alike, each in the frame of its sensor.
+/// Scans, each in the frame of its sensor.
+struct SimulatedScans {
+  std::vector<std::vector<Eigen::Vector3f>> points;
+  std::vector<Eigen::Isometry3d> T_world_scan;
+
+  ScanView
+  view(std::size_t scan) const
+  {
+    ScanView result;
+    result.xyz = points[scan].front().data();
+    result.size = points[scan].size();
+    return result;
+  }
+};
+
+/// \param[in] numbers of the scans of the plan; empty: all
+SimulatedScans
+simulate(const simulation::DatasetPlan& plan, std::vector<std::size_t> numbers = {})
+{
+  const simulation::PreparedPlan prepared = simulation::prepare(plan, 0);
+  if (numbers.empty()) {
+    numbers.resize(prepared.T_world_sensor.size());
+    std::iota(numbers.begin(), numbers.end(), std::size_t{0});
+  }
+  SimulatedScans scans;
+  for (const std::size_t i : numbers) {
+    const Eigen::Isometry3d& T = prepared.T_world_sensor.at(i);
+    const simulation::RayCaster caster(simulation::surfacesAt(prepared.scene, plan.movables, plan.seed, i));
+    simulation::ScanOptions options;
+    options.seed = plan.seed;
+    options.scan = i;
+    scans.points.push_back(simulation::simulateScan(caster, prepared.sensorOf(i), T, options).points);
+    scans.T_world_scan.push_back(T);
+  }
+  return scans;
+}
+
+/// Scans at stations of a building whose parts are alike.
 class MisleadingBuilding {
 public:
   /// \param[in] stations empty: all
   MisleadingBuilding(const std::string& scene,
                      const std::string& sensor,
                      std::size_t points,
-                     std::vector<std::size_t> stations = {})
+                     const std::vector<std::size_t>& stations = {})
   {
     simulation::DatasetPlan plan;
     plan.scene = scene;
     plan.sensor = sensor;
     plan.points = points;
     plan.at_stations = true;
-    const simulation::PreparedPlan prepared = simulation::prepare(plan, 0);
-    if (stations.empty()) {
-      stations.resize(prepared.T_world_sensor.size());
-      std::iota(stations.begin(), stations.end(), std::size_t{0});
-    }
-    for (const std::size_t i : stations) {
-      const Eigen::Isometry3d& T = prepared.T_world_sensor.at(i);
-      const simulation::RayCaster caster(simulation::surfacesAt(prepared.scene, plan.movables, plan.seed, i));
-      simulation::ScanOptions options;
-      options.seed = plan.seed;
-      options.scan = i;
-      scans_.push_back(simulation::simulateScan(caster, prepared.sensorOf(i), T, options).points);
-      truth_.push_back(T);
-    }
+    scans_ = simulate(plan, stations);
   }
 
   /// A pair is linked once for all maps: the test for places alike comes after all links.
@@ -59,12 +91,8 @@ public:
     MultiwayOptions options;
     options.alias.check = check;
     MultiwayRegistration registration(options);
-    for (std::size_t i = 0; i < scans_.size(); ++i) {
-      ScanView view;
-      view.xyz = scans_[i].front().data();
-      view.size = scans_[i].size();
-      registration.addScan("s" + std::to_string(i), view);
-    }
+    for (std::size_t i = 0; i < scans_.points.size(); ++i)
+      registration.addScan("s" + std::to_string(i), scans_.view(i));
     links_.serve(registration, options);
     return registration.run();
   }
@@ -83,7 +111,8 @@ public:
       for (const std::size_t i : members)
         most = std::max<std::size_t>(
             most, static_cast<std::size_t>(std::count_if(members.begin(), members.end(), [&](std::size_t j) {
-              const Eigen::Isometry3d error = (truth_[i].inverse() * truth_[j]).inverse() *
+              const std::vector<Eigen::Isometry3d>& truth = scans_.T_world_scan;
+              const Eigen::Isometry3d error = (truth[i].inverse() * truth[j]).inverse() *
                                               (map.scans[i].T_map_scan.inverse() * map.scans[j].T_map_scan);
               return error.translation().norm() < 0.3 && Eigen::AngleAxisd(error.linear()).angle() < 0.035;
             })));
@@ -93,8 +122,7 @@ public:
   }
 
 private:
-  std::vector<std::vector<Eigen::Vector3f>> scans_;
-  std::vector<Eigen::Isometry3d> truth_;
+  SimulatedScans scans_;
   testing::LinkCache links_;
 };
 
@@ -122,6 +150,50 @@ TEST(HotelRooms, areNotLaidOntoEachOtherThoughNothingContradicts)
   const MultiwayMap map = hotel.mapOf(true);
   EXPECT_EQ(hotel.countWrong(map), 0U); // scans of the corridor say another place for each
   EXPECT_EQ(map.placed, 8U);            // and are placed
+}
+
+/// Groups that contradict each other where the scans are put by \p poses.
+std::optional<RivalGroups>
+rivalsAt(const SimulatedScans& scans, const std::vector<Eigen::Isometry3d>& poses)
+{
+  const MultiwayOptions options;
+  std::vector<PreparedScan> prepared;
+  for (std::size_t i = 0; i < poses.size(); ++i)
+    prepared.push_back(prepareScan(scans.view(i), pairOptions(options)));
+  std::vector<int> all(poses.size());
+  std::iota(all.begin(), all.end(), 0);
+  const auto pairs = pairsOf(all);
+  std::vector<PlacementEvidence> evidence;
+  for (const auto& [i, j] : pairs) {
+    const auto s = static_cast<std::size_t>(i), t = static_cast<std::size_t>(j);
+    evidence.push_back(evidenceAt(prepared[s], prepared[t], poses[t].inverse() * poses[s], options, 1));
+  }
+  return findRivalGroups(all, pairs, evidence, options.rival_groups);
+}
+
+TEST(OnePlace, hasNoRivalsThoughSixteenRingsSeeLittleOfWhatOthersSee)
+{
+  // 1 % of what meets is contradicted at the true poses of the first hall by 16 rings, and more where scans share less.
+  const std::vector<std::pair<std::string, std::uint64_t>> places = {{"hall", 41}, {"hall", 42}, {"apartment", 42}};
+  for (const char* sensor : {"velodyne_vlp16", "velodyne_hdl32e"})
+    for (const auto& [scene, seed] : places) {
+      SCOPED_TRACE(scene + ", " + sensor + ", seed " + std::to_string(seed));
+      simulation::DatasetPlan plan;
+      plan.scene = scene;
+      plan.sensor = sensor;
+      plan.points = 40000;
+      plan.seed = seed;
+      plan.movables.people = 1;
+      plan.trajectory.scans = 10;
+      plan.trajectory.overlap = 0.4;
+      const SimulatedScans scans = simulate(plan);
+      EXPECT_FALSE(rivalsAt(scans, scans.T_world_scan));
+      // Every second scan laid 0.8 m off is found; of 16 rings too little is seen for that.
+      std::vector<Eigen::Isometry3d> off = scans.T_world_scan;
+      for (std::size_t i = 0; i < off.size(); i += 2)
+        off[i] = Eigen::Translation3d(0.8, 0, 0) * off[i];
+      EXPECT_TRUE(plan.sensor == "velodyne_vlp16" || rivalsAt(scans, off));
+    }
 }
 
 } // namespace

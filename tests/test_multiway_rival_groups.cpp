@@ -17,7 +17,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::UnorderedElementsAre;
 
-/// A part of scans, each pair with 200 matched patches of 400 and a share of them contradicted.
+/// A part of scans, each pair with 200 matched patches of 400, 150 in view, and a share of both contradicted.
 struct Part {
   std::vector<int> members;
   std::vector<std::pair<int, int>> pairs;
@@ -28,7 +28,7 @@ struct Part {
       : members(scans), pairs(pairsOf(scans))
   {
     for (const auto& [a, b] : pairs)
-      evidence.push_back({400, 200, 200 * share(a, b), 0.5});
+      evidence.push_back({400, 200, 200 * share(a, b), 0.5, 150, 150 * share(a, b)});
   }
   std::optional<RivalGroups>
   find() const

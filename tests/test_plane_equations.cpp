@@ -4,8 +4,12 @@
 #include "refinement/plane_equations.h"
 #include "synthetic_scene.h"
 
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -177,6 +181,91 @@ TEST(PlaneEquations, TheLeverArmIsWhereRotationsMoveAsMuchAsTranslations)
   PlaneEquations equations;
   addMatches(matches, 1, equations);
   EXPECT_NEAR(equations.leverArm(), 4, 1e-9);
+}
+
+/// Whether no eigenvalue of the symmetric matrix is below zero, but for rounding.
+bool
+isSemidefinite(const Matrix6& m, double largest)
+{
+  return Eigen::SelfAdjointEigenSolver<Matrix6>(m).eigenvalues().minCoeff() > -1e-7 * largest;
+}
+
+/// Robust distances that change with a small motion as J^T motion.
+struct RobustFit {
+  Eigen::Matrix<double, 6, 40> jacobians;
+  Eigen::Matrix<double, 40, 1> distances;
+  double scale = 0.05;
+
+  /// What the robust weights sum: the integral of r q^2, q = scale^2 / (scale^2 + r^2).
+  double
+  sum(const Vector6& motion) const
+  {
+    const auto squares = (distances + jacobians.transpose() * motion).array().square();
+    return (squares / (2 * (scale * scale + squares))).sum() * scale * scale;
+  }
+  Matrix6 hessian = Matrix6::Zero(), curvature = Matrix6::Zero();
+  Vector6 gradient = Vector6::Zero();
+
+  explicit RobustFit(std::uint64_t seed, double noise)
+  {
+    testing::Random random(seed);
+    for (Eigen::Index i = 0; i < distances.size(); ++i) {
+      const Eigen::Vector3d n = randomVector(random, 1).normalized();
+      jacobians.col(i) << randomVector(random, 4).cross(n), n;
+      distances[i] = noise * random.gaussian();
+      const double q = scale * scale / (scale * scale + distances[i] * distances[i]);
+      const Matrix6 square = jacobians.col(i) * jacobians.col(i).transpose();
+      hessian += q * q * square;
+      curvature += q * q * (4 * q - 3) * square;
+      gradient += q * q * distances[i] * jacobians.col(i);
+    }
+  }
+};
+
+TEST(StepMatrix, LiesBetweenHalfOfTheHessianAndAllOfIt)
+{
+  for (const double noise : {0.0, 0.02, 0.05, 0.1}) {
+    const RobustFit fit(3, noise);
+    const Matrix6 matrix = stepMatrix(fit.hessian, fit.curvature);
+    const double largest = fit.hessian.trace();
+    EXPECT_TRUE(matrix.isApprox(matrix.transpose(), 1e-12)) << noise;
+    EXPECT_TRUE(isSemidefinite(matrix - 0.5 * fit.hessian, largest)) << noise;
+    EXPECT_TRUE(isSemidefinite(fit.hessian - matrix, largest)) << noise;
+    EXPECT_TRUE(stepMatrix(fit.hessian, 0.8 * fit.hessian).isApprox(0.8 * fit.hessian, 1e-6));
+    EXPECT_TRUE(stepMatrix(fit.hessian, -fit.hessian).isApprox(0.5 * fit.hessian, 1e-6));
+    EXPECT_TRUE(stepMatrix(fit.hessian, 2 * fit.hessian).isApprox(fit.hessian, 1e-6));
+  }
+  const RobustFit fit(4, 0.01); // its curvature is larger than half of the hessian, and smaller than all
+  EXPECT_TRUE(stepMatrix(fit.hessian, fit.curvature).isApprox(fit.curvature, 1e-6));
+}
+
+TEST(StepMatrix, StepsDoNotRaiseTheSum)
+{
+  for (std::uint64_t seed = 1; seed <= 300; ++seed) {
+    const RobustFit fit(seed, 0.02 + 0.0005 * static_cast<double>(seed));
+    const Vector6 step = -stepMatrix(fit.hessian, fit.curvature).ldlt().solve(fit.gradient);
+    EXPECT_LE(fit.sum(step), fit.sum(Vector6::Zero()) * (1 + 1e-12)) << seed;
+  }
+}
+
+TEST(StepMatrix, OfWhatBindsNothing)
+{
+  EXPECT_EQ(stepMatrix(Matrix6::Zero(), Matrix6::Zero()), Matrix6(Matrix6::Zero()));
+  testing::Random random(6);
+  for (int motions = 1; motions < 6; ++motions) { // that are bound, the others are not
+    Matrix6 hessian = Matrix6::Zero();
+    for (int k = 0; k < motions; ++k) {
+      Vector6 jacobian;
+      jacobian << randomVector(random, 4), randomVector(random, 1);
+      hessian += 100 * jacobian * jacobian.transpose();
+    }
+    for (const double share : {-1.0, 0.1, 0.7}) {
+      const Matrix6 matrix = stepMatrix(hessian, share * hessian);
+      EXPECT_TRUE(matrix.isApprox(std::max(0.5, share) * hessian, 1e-6)) << motions << ", " << share;
+    }
+  }
+  const RobustFit fit(5, 0.02);
+  EXPECT_EQ(stepMatrix(fit.hessian, Matrix6::Constant(std::numeric_limits<double>::quiet_NaN())), fit.hessian);
 }
 
 } // namespace

@@ -57,6 +57,7 @@ sensorsOf(const std::vector<Eigen::Isometry3d>& poses, const std::vector<Eigen::
 /// The equations of a pair in motions of its source relative to its target about the target's sensor.
 struct MapEquations {
   Matrix6 hessian, curvature;
+  Matrix6 step; ///< stepMatrix()
   Vector6 gradient;
   Matrix6 carry; ///< a motion about the source's sensor as one about the target's
   double weight = 0, squares = 0;
@@ -255,8 +256,10 @@ linearise(const std::vector<Eigen::Isometry3d>& poses,
     const SurfaceEquations e = equations(k, poses[target].inverse() * poses[source]);
     const Matrix6 a = motionInto(poses[target], sensors[target]);
     const auto inMap = [&](const Matrix6& m) { return Matrix6(a.transpose() * m * a); };
-    found[k] = {inMap(e.hessian),
+    const Matrix6 hessian = inMap(e.hessian);
+    found[k] = {hessian,
                 inMap(e.curvature),
+                stepMatrix(hessian, inMap(e.full_curvature)),
                 a.transpose() * e.gradient,
                 carried(sensors[source], sensors[target]),
                 e.weight,
@@ -284,7 +287,7 @@ isFactored(const Eigen::SimplicialLDLT<Sparse>& solver)
   return solver.info() == Eigen::Success && (solver.vectorD().array() > 0).all();
 }
 
-/// The step of Gauss and Newton, six numbers for each scan that is not fixed; empty: there is none.
+/// A step towards where the gradient is zero, six numbers for each scan that is not fixed; empty: there is none.
 Eigen::VectorXd
 solveStep(const std::vector<MapEquations>& found,
           const std::vector<std::pair<int, int>>& pairs,
@@ -293,7 +296,7 @@ solveStep(const std::vector<MapEquations>& found,
 {
   Eigen::VectorXd gradient = Eigen::VectorXd::Zero(network.unknowns());
   for (std::size_t k = 0; k < pairs.size(); ++k) {
-    network.add(pairs[k].first, pairs[k].second, found[k].hessian, found[k].carry);
+    network.add(pairs[k].first, pairs[k].second, found[k].step, found[k].carry);
     const int s = network.column(static_cast<std::size_t>(pairs[k].first));
     const int t = network.column(static_cast<std::size_t>(pairs[k].second));
     if (s >= 0)
@@ -301,9 +304,9 @@ solveStep(const std::vector<MapEquations>& found,
     if (t >= 0)
       gradient.segment<6>(t) -= found[k].gradient;
   }
-  Sparse hessian = network.matrix();
-  damp(hessian, damping);
-  const Eigen::SimplicialLDLT<Sparse> solver(hessian);
+  Sparse matrix = network.matrix();
+  damp(matrix, damping);
+  const Eigen::SimplicialLDLT<Sparse> solver(matrix);
   if (!isFactored(solver))
     return {};
   const Eigen::VectorXd step = -solver.solve(gradient);
@@ -332,8 +335,7 @@ move(std::vector<Eigen::Isometry3d>& poses,
 }
 
 /// Covariance of each scan's pose about its own place, A^-1 B A^-1 of the network; zero of fixed ones. A is made of the
-/// curvatures; where these have no minimum, of the matrices of the steps, which are larger: deviations are too small
-/// then.
+/// curvatures; where these have no minimum, of the hessians, which are larger: deviations are too small then.
 std::vector<Matrix6>
 covariancesOf(const std::vector<Eigen::Isometry3d>& poses,
               const std::vector<std::pair<int, int>>& pairs,

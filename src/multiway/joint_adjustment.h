@@ -38,8 +38,8 @@ dampingOf(const AdjustmentConfig& config, std::size_t scans, bool by_candidates)
 
 /** \brief All poses of a part at once: the plane distances of all overlapping pairs are made small together.
  *
- * Gauss-Newton on the robust point-to-plane distances: each pair contributes its equations in the motion of its source
- * relative to its target, so a loop is closed where its surfaces meet, not by averages of pairs.
+ * Steps on the robust point-to-plane distances (stepMatrix()): each pair contributes its equations in the motion of its
+ * source relative to its target, so a loop is closed where its surfaces meet, not by averages of pairs.
  *
  * The covariance is that of a robust estimate whose data err in patches, A^-1 B A^-1 as of a pair (PoseUncertainty),
  * with one B for the network: a patch errs once for all pairs that it takes part in. That is what averages do not

@@ -76,7 +76,7 @@ validate(const MultiwayOptions& options)
                 "be 2 or more");
   const RivalGroupsConfig& groups = options.rival_groups;
   requireShare("rival_groups.least_matched", groups.least_matched);
-  requireShare("rival_groups.contradicted", groups.contradicted);
+  requireShare("rival_groups.seen_through", groups.seen_through);
   requirePositive("rival_groups.ratio", groups.ratio);
   requirePositive("rival_groups.significance", groups.significance);
   requirePositive("rival_groups.prior_patches", groups.prior_patches);

@@ -77,7 +77,7 @@ PlacesAlike::contradicting(const std::set<int>& in_doubt) const
 {
   return excludedBy(in_doubt, [&](const PlacedPair& pair) {
     const PlacementEvidence e = evidence_.at(pair.source, pair.target, pair.T_target_source, 1);
-    return e.contradicted > input_.options.rival_groups.contradicted * e.matched;
+    return e.seen_through > input_.options.rival_groups.seen_through * e.in_view;
   });
 }
 
@@ -154,7 +154,7 @@ PlacesAlike::rivalsByFurniture(const Assembly& assembly, const std::vector<int>&
       evidence[static_cast<std::size_t>(index)] = e;
   });
   RivalGroupsConfig config = input_.options.rival_groups;
-  config.contradicted = input_.options.furniture.seen_through / 2; // the median of wrong groups is about that
+  config.seen_through = input_.options.furniture.seen_through / 2; // the median of wrong groups is about that
   return findRivalGroups(members, pairs, evidence, config);
 }
 

@@ -48,7 +48,7 @@ public:
   std::set<int>
   inDoubt(const Assembly& assembly, const HypothesisGraph& graph) const;
 
-  /** \brief Hypotheses of the scans in doubt that put more than a very small share of what they match into free space.
+  /** \brief Hypotheses of the scans in doubt by which more than a very small share of what is in view is seen through.
    *
    * Furniture differs where walls are alike: a right pose contradicts nearly nothing, one of a place alike a few
    * percent. That is no rule for all jobs, as cars leave and poses of pairs are not exact.

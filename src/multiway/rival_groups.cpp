@@ -44,17 +44,17 @@ public:
       : config_(config), members_(members)
   {
     const auto n = static_cast<Eigen::Index>(members.size());
-    matched_ = contradicted_ = Eigen::MatrixXd::Zero(n, n);
+    in_view_ = seen_through_ = Eigen::MatrixXd::Zero(n, n);
     for (std::size_t k = 0; k < pairs.size(); ++k) {
-      if (evidence[k].matched <= 0 || evidence[k].matched < config.least_matched * evidence[k].total)
+      if (evidence[k].in_view <= 0 || evidence[k].matched < config.least_matched * evidence[k].total)
         continue;
       const Eigen::Index i = indexOf(pairs[k].first);
       const Eigen::Index j = indexOf(pairs[k].second);
-      matched_(i, j) = matched_(j, i) = evidence[k].matched;
-      contradicted_(i, j) = contradicted_(j, i) = evidence[k].contradicted;
+      in_view_(i, j) = in_view_(j, i) = evidence[k].in_view;
+      seen_through_(i, j) = seen_through_(j, i) = evidence[k].seen_through;
     }
-    between_matched_ = matched_;
-    between_contradicted_ = contradicted_;
+    between_in_view_ = in_view_;
+    between_seen_through_ = seen_through_;
     for (Eigen::Index i = 0; i < n; ++i)
       clusters_.push_back({i});
   }
@@ -80,7 +80,7 @@ private:
     return std::lower_bound(members_.begin(), members_.end(), scan) - members_.begin();
   }
 
-  /// The two clusters, the smaller number first, of which the least is contradicted; none: no two meet.
+  /// The two clusters, the smaller number first, of which the least is seen through; none: no two meet.
   std::optional<std::pair<std::size_t, std::size_t>>
   closest() const
   {
@@ -90,10 +90,10 @@ private:
       for (std::size_t b = a + 1; b < clusters_.size() && !clusters_[a].empty(); ++b) {
         const auto i = static_cast<Eigen::Index>(a);
         const auto j = static_cast<Eigen::Index>(b);
-        if (clusters_[b].empty() || between_matched_(i, j) <= 0)
+        if (clusters_[b].empty() || between_in_view_(i, j) <= 0)
           continue;
-        const double rate = (between_contradicted_(i, j) + config_.contradicted * config_.prior_patches) /
-                            (between_matched_(i, j) + config_.prior_patches);
+        const double rate = (between_seen_through_(i, j) + config_.seen_through * config_.prior_patches) /
+                            (between_in_view_(i, j) + config_.prior_patches);
         if (!best || rate < least) {
           best = {a, b};
           least = rate;
@@ -107,7 +107,7 @@ private:
   {
     const auto i = static_cast<Eigen::Index>(a);
     const auto j = static_cast<Eigen::Index>(b);
-    for (Eigen::MatrixXd* sums : {&between_matched_, &between_contradicted_}) {
+    for (Eigen::MatrixXd* sums : {&between_in_view_, &between_seen_through_}) {
       sums->row(i) += sums->row(j);
       sums->col(i) += sums->col(j);
     }
@@ -115,15 +115,15 @@ private:
     clusters_[b].clear();
   }
 
-  /// The share of what meets that is contradicted, of all pairs of two clusters, or of one with itself; sorted.
+  /// The share of what is in view that is seen through, of all pairs of two clusters, or of one with itself; sorted.
   std::vector<double>
   rates(const Cluster& a, const Cluster& b) const
   {
     std::vector<double> found;
     for (const Eigen::Index i : a)
       for (const Eigen::Index j : b)
-        if (matched_(i, j) > 0 && (&a != &b || i < j))
-          found.push_back(contradicted_(i, j) / matched_(i, j));
+        if (in_view_(i, j) > 0 && (&a != &b || i < j))
+          found.push_back(seen_through_(i, j) / in_view_(i, j));
     std::sort(found.begin(), found.end());
     return found;
   }
@@ -141,7 +141,7 @@ private:
     RivalGroups groups;
     groups.within = median(within);
     groups.between = median(between);
-    if (groups.between < std::max(config_.contradicted, config_.ratio * groups.within) ||
+    if (groups.between < std::max(config_.seen_through, config_.ratio * groups.within) ||
         rankDeviation(between, within) < config_.significance)
       return std::nullopt;
     const auto scans = [&](const Cluster& cluster) {
@@ -158,8 +158,8 @@ private:
 
   const RivalGroupsConfig& config_;
   const std::vector<int>& members_;
-  Eigen::MatrixXd matched_, contradicted_;                 ///< of two scans; zero where too little meets [patches]
-  Eigen::MatrixXd between_matched_, between_contradicted_; ///< of two clusters
+  Eigen::MatrixXd in_view_, seen_through_;                 ///< of two scans; zero where too little meets [patches]
+  Eigen::MatrixXd between_in_view_, between_seen_through_; ///< of two clusters
   std::vector<Cluster> clusters_;                          ///< empty: joined to another
 };
 

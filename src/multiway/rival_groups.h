@@ -17,17 +17,18 @@ namespace pcl_ssfr {
 struct RivalGroups {
   std::vector<int> first;
   std::vector<int> second;
-  double within = 0;  ///< median share of what meets that is contradicted, of two scans of one group
+  double within = 0;  ///< median share of what is in view that is seen through, of two scans of one group
   double between = 0; ///< the same of two scans of different groups
 };
 
 /** \brief Whether the scans of a part fall into groups that contradict each other.
  *
- * Storeys that look alike, laid onto one another, agree in walls and floors, not in furniture: a few percent of what
- * meets is contradicted. Two scans of one storey contradict each other less, so scans are joined to clusters, those
- * that contradict each other least first (average linkage), and whatever clusters meet on the way are compared: the
- * rates of all pairs between them against those of all pairs within them, by their medians and their ranks (the test of
- * Mann and Whitney). Single scans are joined without a test: one may be moved, or its sensor's place be wrong.
+ * Storeys that look alike, laid onto one another, agree in walls and floors, not in furniture: a percent or more of
+ * what is in view is seen through. (Of what meets it would be a larger share the less two scans have in common, be they
+ * right or wrong.) Two scans of one storey contradict each other less, so scans are joined to clusters, those that
+ * contradict each other least first (average linkage), and whatever clusters meet on the way are compared: the rates of
+ * all pairs between them against those of all pairs within them, by their medians and their ranks (the test of Mann and
+ * Whitney). Single scans are joined without a test: one may be moved, or its sensor's place be wrong.
  *
  * \param[in] members scans of the part, ascending
  * \param[in] pairs of members, smaller first, each at most once

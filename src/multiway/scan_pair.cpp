@@ -235,6 +235,8 @@ evidenceAt(const PreparedScan& source,
   evidence.matched = both.patches.matched;
   evidence.contradicted = both.patches.contradicted;
   evidence.overlap = both.total > 0 ? both.matched / both.total : 0;
+  evidence.in_view = both.facing.matched + both.facing.unmatched + both.facing.contradicted;
+  evidence.seen_through = both.facing.contradicted;
   return evidence;
 }
 
@@ -259,8 +261,8 @@ furnitureAt(const PreparedScan& source,
   both += collectEvidence(target_furniture, s.index, s.freeSpace(), T.inverse(), tolerances);
   PlacementEvidence evidence;
   evidence.total = both.patches.matched + both.patches.unmatched + both.patches.contradicted;
-  evidence.matched = evidence.total;
-  evidence.contradicted = both.patches.contradicted;
+  evidence.matched = evidence.in_view = evidence.total;
+  evidence.contradicted = evidence.seen_through = both.patches.contradicted;
   return evidence;
 }
 
@@ -284,6 +286,7 @@ equationsAt(const PreparedScan& source,
   equations.hessian = about(here.hessian);
   equations.gradient = a * fit.gradient;
   equations.curvature = about(here.statistics.curvature);
+  equations.full_curvature = about(here.statistics.full_curvature);
   equations.weight = fit.wide_weight;
   equations.squares = fit.wide_rms * fit.wide_rms * fit.wide_weight;
   return equations;

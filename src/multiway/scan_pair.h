@@ -55,7 +55,9 @@ struct PlacementEvidence {
   double total = 0;
   double matched = 0;
   double contradicted = 0;
-  double overlap = 0; ///< share of the surface that meets, [0, 1]
+  double overlap = 0;      ///< share of the surface that meets, [0, 1]
+  double in_view = 0;      ///< of what faces its own sensor: what meets, or is where the other sensor saw
+  double seen_through = 0; ///< of that: what the other sensor looks onto, and saw through
 
   PlacementEvidence&
   operator+=(const PlacementEvidence& other)
@@ -63,6 +65,8 @@ struct PlacementEvidence {
     total += other.total;
     matched += other.matched;
     contradicted += other.contradicted;
+    in_view += other.in_view;
+    seen_through += other.seen_through;
     return *this;
   }
   PlacementEvidence&
@@ -71,6 +75,8 @@ struct PlacementEvidence {
     total -= other.total;
     matched -= other.matched;
     contradicted -= other.contradicted;
+    in_view -= other.in_view;
+    seen_through -= other.seen_through;
     return *this;
   }
 };
@@ -101,7 +107,8 @@ evidenceAt(const PreparedScan& source,
 
 /** \brief What becomes of the furniture of two scans in each other, with narrower margins of free space.
  * \param[in] source_furniture,target_furniture furnitureOf() the scans
- * \return total and matched: what is in view of the other sensor, contradicted: of that, what it saw through
+ * \return total, matched and in view: what is in view of the other sensor, whichever way it faces; contradicted and
+ * seen through: of that, what it saw through
  */
 PlacementEvidence
 furnitureAt(const PreparedScan& source,
@@ -120,8 +127,9 @@ struct SurfaceEquations {
   Matrix6 hessian = Matrix6::Zero();
   Vector6 gradient = Vector6::Zero();  ///< the step -hessian^-1 gradient lays the surfaces onto each other
   Matrix6 curvature = Matrix6::Zero(); ///< as EquationStatistics
-  double weight = 0;                   ///< robust weight of all matches
-  double squares = 0;                  ///< weighted sum of squared distances [m^2]
+  Matrix6 full_curvature = Matrix6::Zero();
+  double weight = 0;  ///< robust weight of all matches
+  double squares = 0; ///< weighted sum of squared distances [m^2]
   Eigen::Index matches = 0;
 };
 

@@ -5,6 +5,7 @@
 
 #include "common/vector_clones.h"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
 #include <array>
@@ -161,6 +162,25 @@ addSpread(const PlaneMatches& matches, const MatchSpread& spread, PlaneEquations
   }
 }
 
+PlaneEquations::Matrix6
+stepMatrix(const PlaneEquations::Matrix6& hessian, const PlaneEquations::Matrix6& curvature)
+{
+  using Matrix6 = PlaneEquations::Matrix6;
+  constexpr double kLeast = 0.5;      // steps of at most twice those of the hessian
+  constexpr double kRounding = 1e-12; // of the trace: where nothing binds some motion there are factors, too
+  Matrix6 whole = hessian;
+  whole.diagonal().array() += kRounding * hessian.trace();
+  const Eigen::LLT<Matrix6> factors(whole);
+  if (factors.info() != Eigen::Success || !curvature.allFinite())
+    return hessian;
+  // The eigenvalues of the curvature where the hessian is the identity.
+  const Matrix6 half = factors.matrixL().solve(curvature);
+  const Matrix6 relative = factors.matrixL().solve(half.transpose());
+  const Eigen::SelfAdjointEigenSolver<Matrix6> solver(relative);
+  const Matrix6 axes = factors.matrixL() * solver.eigenvectors();
+  return axes * solver.eigenvalues().cwiseMax(kLeast).cwiseMin(1).asDiagonal() * axes.transpose();
+}
+
 EquationStatisticsSum::EquationStatisticsSum(std::size_t source_patches, std::size_t target_patches, double scale)
     : square_(scale * scale), source_patches_(source_patches), patches_(source_patches + target_patches)
 {}
@@ -179,7 +199,9 @@ EquationStatisticsSum::add(std::size_t source_patch,
   const double q = square_ / (square_ + r * r);
   const double w = weight * q * q;
   // psi = r q^2; its derivative is q^2 (1 - 4 r^2 / (scale^2 + r^2)), and r^2 / (scale^2 + r^2) = 1 - q.
-  sums_.curvature.noalias() += (share * w * (4 * q - 3)) * jacobian * jacobian.transpose();
+  const PlaneEquations::Matrix6 curvature = (w * (4 * q - 3)) * jacobian * jacobian.transpose();
+  sums_.full_curvature += curvature;
+  sums_.curvature += share * curvature;
   sums_.unit_scatter.noalias() += (w * w) * jacobian * jacobian.transpose();
   for (const std::size_t patch : {source_patch, source_patches_ + target_patch}) {
     patches_[patch].gradient += (w * r) * jacobian;

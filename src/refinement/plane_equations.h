@@ -117,6 +117,8 @@ struct EquationStatistics {
 
   /// Derivative of the gradient: sum of weight psi'(r) J J^T, psi being the robust function that addMatches() sums.
   /// Matches at the far end of psi count against it. May have negative eigenvalues where they determine nothing.
+  Matrix6 full_curvature = Matrix6::Zero();
+  /// The same with the share that each match keeps where it is found again wherever the pose is.
   Matrix6 curvature = Matrix6::Zero();
   /// Sum over the patches of both scans of s s^T, where s is what the matches of one patch add to the gradient
   /// (units of the gradient, squared). Points on a patch err alike, patches err independently.
@@ -124,6 +126,19 @@ struct EquationStatistics {
   /// What the scatter would be if each patch and each match had an independent error of distance of 1 m.
   Matrix6 unit_scatter = Matrix6::Zero();
 };
+
+/** \brief The matrix of the steps of a robust fit: its curvature, but not less than half of the reweighted hessian.
+ *
+ * For the matches as they are, the hessian of iteratively reweighted least squares majorises the sum of the robust
+ * function (Hunter and Lange, A Tutorial on MM Algorithms, The American Statistician 58(1), 2004), so steps of up to
+ * twice its own do not raise that sum. Along motions in which matches at the far end of the function leave little
+ * curvature the reweighted steps are too short by the ratio of both, and a fit along them takes many.
+ * \param[in] hessian positive semidefinite
+ * \param[in] curvature symmetric, EquationStatistics::full_curvature
+ * \return between half of the hessian and all of it; the hessian, where one of both is not finite or it is zero
+ */
+PlaneEquations::Matrix6
+stepMatrix(const PlaneEquations::Matrix6& hessian, const PlaneEquations::Matrix6& curvature);
 
 /// What the matches of one patch add to the gradient: they err together.
 struct PatchSum {
@@ -144,7 +159,7 @@ public:
    * \param[in] n unit normal of the plane
    * \param[in] r distance along it [m]
    * \param[in] weight before the robust one
-   * \param[in] share of its curvature that counts, [0, 1]; it scatters all the same
+   * \param[in] share of its curvature that it keeps, [0, 1]; it scatters all the same
    */
   void
   add(std::size_t source_patch,
