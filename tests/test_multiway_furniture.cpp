@@ -84,14 +84,14 @@ TEST(Furniture, isWhatIsOfNoLargePlane)
 TEST(Furniture, ofOneRoomIsNotSeenThrough)
 {
   const PlacementEvidence e = evidenceOf(room(kHere), room(kHere), Eigen::Isometry3d::Identity());
-  EXPECT_GT(e.total, 1);
-  EXPECT_LE(e.contradicted, MultiwayOptions().furniture.seen_through * e.total);
+  EXPECT_GT(e.in_view, 1);
+  EXPECT_LE(e.seen_through, MultiwayOptions().furniture.seen_through * e.in_view);
 }
 
 TEST(Furniture, ofRoomsAlikeIsSeenThrough)
 {
   const PlacementEvidence e = evidenceOf(room(kHere), room(kElsewhere), Eigen::Isometry3d::Identity());
-  EXPECT_GT(e.contradicted, 10 * MultiwayOptions().furniture.seen_through * e.total);
+  EXPECT_GT(e.seen_through, 10 * MultiwayOptions().furniture.seen_through * e.in_view);
 }
 
 TEST(Furniture, isTheSameSeenFromEitherScan)
@@ -100,15 +100,15 @@ TEST(Furniture, isTheSameSeenFromEitherScan)
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   T.translate(Eigen::Vector3d(0.3, -0.2, 0.1)).rotate(Eigen::AngleAxisd(0.2, Eigen::Vector3d::UnitZ()));
   const PlacementEvidence there = evidenceOf(a, b, T), back = evidenceOf(b, a, T.inverse());
-  EXPECT_NEAR(there.total, back.total, 0.02 * there.total);
-  EXPECT_NEAR(there.contradicted, back.contradicted, 0.05 * there.total);
+  EXPECT_NEAR(there.in_view, back.in_view, 0.02 * there.in_view);
+  EXPECT_NEAR(there.seen_through, back.seen_through, 0.05 * there.in_view);
 }
 
 TEST(Furniture, thatIsFarAwayIsNotSeen)
 {
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   T.translate(Eigen::Vector3d(100, 0, 0));
-  EXPECT_EQ(evidenceOf(room(kHere), room(kHere), T).contradicted, 0);
+  EXPECT_EQ(evidenceOf(room(kHere), room(kHere), T).seen_through, 0);
 }
 
 TEST(Furniture, ofAScanWithoutPointsIsNone)

@@ -10,11 +10,8 @@
 #include <pcl_ssfr/multiway/multiway_registration.h>
 #include <pcl_ssfr/pipeline.h>
 
-#include <apps/simulation/dataset_simulation.h>
-#include <apps/simulation/ray_caster.h>
-#include <apps/simulation/scan_simulation.h>
-
 #include <link_cache.h>
+#include <simulated_scans.h>
 
 #include <gmock/gmock.h>
 
@@ -28,43 +25,6 @@
 
 namespace pcl_ssfr::test_multiway_misleading {
 namespace {
-
-/// Scans, each in the frame of its sensor.
-struct SimulatedScans {
-  std::vector<std::vector<Eigen::Vector3f>> points;
-  std::vector<Eigen::Isometry3d> T_world_scan;
-
-  ScanView
-  view(std::size_t scan) const
-  {
-    ScanView result;
-    result.xyz = points[scan].front().data();
-    result.size = points[scan].size();
-    return result;
-  }
-};
-
-/// \param[in] numbers of the scans of the plan; empty: all
-SimulatedScans
-simulate(const simulation::DatasetPlan& plan, std::vector<std::size_t> numbers = {})
-{
-  const simulation::PreparedPlan prepared = simulation::prepare(plan, 0);
-  if (numbers.empty()) {
-    numbers.resize(prepared.T_world_sensor.size());
-    std::iota(numbers.begin(), numbers.end(), std::size_t{0});
-  }
-  SimulatedScans scans;
-  for (const std::size_t i : numbers) {
-    const Eigen::Isometry3d& T = prepared.T_world_sensor.at(i);
-    const simulation::RayCaster caster(simulation::surfacesAt(prepared.scene, plan.movables, plan.seed, i));
-    simulation::ScanOptions options;
-    options.seed = plan.seed;
-    options.scan = i;
-    scans.points.push_back(simulation::simulateScan(caster, prepared.sensorOf(i), T, options).points);
-    scans.T_world_scan.push_back(T);
-  }
-  return scans;
-}
 
 /// Scans at stations of a building whose parts are alike.
 class MisleadingBuilding {
@@ -80,7 +40,7 @@ public:
     plan.sensor = sensor;
     plan.points = points;
     plan.at_stations = true;
-    scans_ = simulate(plan, stations);
+    scans_ = testing::takeScans(plan, testing::Frames::Sensors, stations);
   }
 
   /// A pair is linked once for all maps: the test for places alike comes after all links.
@@ -91,8 +51,8 @@ public:
     MultiwayOptions options;
     options.alias.check = check;
     MultiwayRegistration registration(options);
-    for (std::size_t i = 0; i < scans_.points.size(); ++i)
-      registration.addScan("s" + std::to_string(i), scans_.view(i));
+    for (std::size_t i = 0; i < scans_.size(); ++i)
+      registration.addScan("s" + std::to_string(i), testing::viewOfPoints(scans_[i].points));
     links_.serve(registration, options);
     return registration.run();
   }
@@ -111,8 +71,7 @@ public:
       for (const std::size_t i : members)
         most = std::max<std::size_t>(
             most, static_cast<std::size_t>(std::count_if(members.begin(), members.end(), [&](std::size_t j) {
-              const std::vector<Eigen::Isometry3d>& truth = scans_.T_world_scan;
-              const Eigen::Isometry3d error = (truth[i].inverse() * truth[j]).inverse() *
+              const Eigen::Isometry3d error = testing::truePose(scans_[j], scans_[i]).inverse() *
                                               (map.scans[i].T_map_scan.inverse() * map.scans[j].T_map_scan);
               return error.translation().norm() < 0.3 && Eigen::AngleAxisd(error.linear()).angle() < 0.035;
             })));
@@ -122,7 +81,7 @@ public:
   }
 
 private:
-  SimulatedScans scans_;
+  std::vector<testing::PosedScan> scans_;
   testing::LinkCache links_;
 };
 
@@ -154,19 +113,16 @@ TEST(HotelRooms, areNotLaidOntoEachOtherThoughNothingContradicts)
 
 /// Groups that contradict each other where the scans are put by \p poses.
 std::optional<RivalGroups>
-rivalsAt(const SimulatedScans& scans, const std::vector<Eigen::Isometry3d>& poses)
+rivalsAt(const std::vector<PreparedScan>& scans, const std::vector<Eigen::Isometry3d>& poses)
 {
   const MultiwayOptions options;
-  std::vector<PreparedScan> prepared;
-  for (std::size_t i = 0; i < poses.size(); ++i)
-    prepared.push_back(prepareScan(scans.view(i), pairOptions(options)));
-  std::vector<int> all(poses.size());
+  std::vector<int> all(scans.size());
   std::iota(all.begin(), all.end(), 0);
   const auto pairs = pairsOf(all);
   std::vector<PlacementEvidence> evidence;
   for (const auto& [i, j] : pairs) {
     const auto s = static_cast<std::size_t>(i), t = static_cast<std::size_t>(j);
-    evidence.push_back(evidenceAt(prepared[s], prepared[t], poses[t].inverse() * poses[s], options, 1));
+    evidence.push_back(evidenceAt(scans[s], scans[t], poses[t].inverse() * poses[s], options, 1));
   }
   return findRivalGroups(all, pairs, evidence, options.rival_groups);
 }
@@ -178,21 +134,21 @@ TEST(OnePlace, hasNoRivalsThoughSixteenRingsSeeLittleOfWhatOthersSee)
   for (const char* sensor : {"velodyne_vlp16", "velodyne_hdl32e"})
     for (const auto& [scene, seed] : places) {
       SCOPED_TRACE(scene + ", " + sensor + ", seed " + std::to_string(seed));
-      simulation::DatasetPlan plan;
-      plan.scene = scene;
-      plan.sensor = sensor;
+      simulation::DatasetPlan plan = testing::planScans(scene, sensor, 10, 0, seed);
       plan.points = 40000;
-      plan.seed = seed;
       plan.movables.people = 1;
-      plan.trajectory.scans = 10;
       plan.trajectory.overlap = 0.4;
-      const SimulatedScans scans = simulate(plan);
-      EXPECT_FALSE(rivalsAt(scans, scans.T_world_scan));
+      std::vector<PreparedScan> scans;
+      std::vector<Eigen::Isometry3d> poses;
+      for (const testing::PosedScan& scan : testing::takeScans(plan)) {
+        scans.push_back(prepareScan(testing::viewOfPoints(scan.points), pairOptions(MultiwayOptions())));
+        poses.push_back(scan.T_world_scan);
+      }
+      EXPECT_FALSE(rivalsAt(scans, poses));
       // Every second scan laid 0.8 m off is found; of 16 rings too little is seen for that.
-      std::vector<Eigen::Isometry3d> off = scans.T_world_scan;
-      for (std::size_t i = 0; i < off.size(); i += 2)
-        off[i] = Eigen::Translation3d(0.8, 0, 0) * off[i];
-      EXPECT_TRUE(plan.sensor == "velodyne_vlp16" || rivalsAt(scans, off));
+      for (std::size_t i = 0; i < poses.size(); i += 2)
+        poses[i] = Eigen::Translation3d(0.8, 0, 0) * poses[i];
+      EXPECT_TRUE(plan.sensor == "velodyne_vlp16" || rivalsAt(scans, poses));
     }
 }
 

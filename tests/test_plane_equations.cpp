@@ -195,18 +195,10 @@ struct RobustFit {
   Eigen::Matrix<double, 6, 40> jacobians;
   Eigen::Matrix<double, 40, 1> distances;
   double scale = 0.05;
-
-  /// What the robust weights sum: the integral of r q^2, q = scale^2 / (scale^2 + r^2).
-  double
-  sum(const Vector6& motion) const
-  {
-    const auto squares = (distances + jacobians.transpose() * motion).array().square();
-    return (squares / (2 * (scale * scale + squares))).sum() * scale * scale;
-  }
   Matrix6 hessian = Matrix6::Zero(), curvature = Matrix6::Zero();
   Vector6 gradient = Vector6::Zero();
 
-  explicit RobustFit(std::uint64_t seed, double noise)
+  RobustFit(std::uint64_t seed, double noise)
   {
     testing::Random random(seed);
     for (Eigen::Index i = 0; i < distances.size(); ++i) {
@@ -219,6 +211,14 @@ struct RobustFit {
       curvature += q * q * (4 * q - 3) * square;
       gradient += q * q * distances[i] * jacobians.col(i);
     }
+  }
+
+  /// What the robust weights sum: the integral of r q^2, q = scale^2 / (scale^2 + r^2).
+  double
+  sum(const Vector6& motion) const
+  {
+    const auto squares = (distances + jacobians.transpose() * motion).array().square();
+    return (squares / (2 * (scale * scale + squares))).sum() * scale * scale;
   }
 };
 

@@ -32,6 +32,12 @@ struct WeightedEvidence {
   double contradicted = 0; ///< of those that hang in front of what the other sensor saw through
   double unmatched = 0;    ///< of those in view, at the depth that was seen, where no compatible patch is
 
+  /// Of those that meet a patch, or are where the other sensor saw something or through.
+  double
+  inView() const
+  {
+    return matched + unmatched + contradicted;
+  }
   WeightedEvidence&
   operator+=(const WeightedEvidence& other);
   WeightedEvidence&

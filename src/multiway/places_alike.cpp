@@ -120,7 +120,7 @@ PlacesAlike::mayStand(const std::vector<PlacedPair>& pairs) const
   PlacementEvidence sum;
   for (const PlacementEvidence& e : found)
     sum += e;
-  return sum.contradicted <= input_.options.furniture.seen_through * sum.total;
+  return sum.seen_through <= input_.options.furniture.seen_through * sum.in_view;
 }
 
 ExcludedHypotheses
@@ -150,7 +150,7 @@ PlacesAlike::rivalsByFurniture(const Assembly& assembly, const std::vector<int>&
     const auto [s, t] = pairs[static_cast<std::size_t>(index)];
     const PlacementEvidence e = furniture(
         s, t, assembly.poses[static_cast<std::size_t>(t)].inverse() * assembly.poses[static_cast<std::size_t>(s)]);
-    if (e.total >= input_.options.furniture.least_seen)
+    if (e.in_view >= input_.options.furniture.least_seen)
       evidence[static_cast<std::size_t>(index)] = e;
   });
   RivalGroupsConfig config = input_.options.rival_groups;

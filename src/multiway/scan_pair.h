@@ -107,8 +107,7 @@ evidenceAt(const PreparedScan& source,
 
 /** \brief What becomes of the furniture of two scans in each other, with narrower margins of free space.
  * \param[in] source_furniture,target_furniture furnitureOf() the scans
- * \return total, matched and in view: what is in view of the other sensor, whichever way it faces; contradicted and
- * seen through: of that, what it saw through
+ * \return what is in view and seen through, whichever way it faces; all else is zero
  */
 PlacementEvidence
 furnitureAt(const PreparedScan& source,
@@ -125,11 +124,11 @@ struct SurfaceEquations {
   using Vector6 = PlaneEquations::Vector6;
 
   Matrix6 hessian = Matrix6::Zero();
-  Vector6 gradient = Vector6::Zero();  ///< the step -hessian^-1 gradient lays the surfaces onto each other
-  Matrix6 curvature = Matrix6::Zero(); ///< as EquationStatistics
-  Matrix6 full_curvature = Matrix6::Zero();
-  double weight = 0;  ///< robust weight of all matches
-  double squares = 0; ///< weighted sum of squared distances [m^2]
+  Vector6 gradient = Vector6::Zero();       ///< the step -hessian^-1 gradient lays the surfaces onto each other
+  Matrix6 curvature = Matrix6::Zero();      ///< as EquationStatistics
+  Matrix6 full_curvature = Matrix6::Zero(); ///< the same
+  double weight = 0;                        ///< robust weight of all matches
+  double squares = 0;                       ///< weighted sum of squared distances [m^2]
   Eigen::Index matches = 0;
 };
 

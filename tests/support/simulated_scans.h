@@ -16,6 +16,7 @@
 
 #include <cstddef>
 #include <memory>
+#include <numeric>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,7 @@ constexpr double kSolvedTranslation = 0.3;      ///< ... and this [m]
 
 /// The frames that scans are given in.
 enum class Frames {
+  Sensors, ///< those of the sensors
   Rotated, ///< each rotated at random about its sensor: neither the motion nor the vertical can be guessed
   Level    ///< each rotated at random about the vertical only
 };
@@ -50,9 +52,9 @@ planScans(const std::string& scene, const std::string& sensor, int scans, std::s
   return plan;
 }
 
-/// Take the scans of a plan; what moves does so between any two of them.
+/// Take the scans of a plan; what moves does so between any two of them. \p numbers: which of them; empty: all
 inline std::vector<PosedScan>
-takeScans(const simulation::DatasetPlan& plan, Frames frames = Frames::Rotated)
+takeScans(const simulation::DatasetPlan& plan, Frames frames = Frames::Rotated, std::vector<std::size_t> numbers = {})
 {
   constexpr unsigned kThreads = 2;
   constexpr std::uint64_t kFrameSeed = 77;
@@ -62,8 +64,13 @@ takeScans(const simulation::DatasetPlan& plan, Frames frames = Frames::Rotated)
     sensors.emplace_back(T.translation());
   const bool moves = plan.movables.people > 0 || plan.movables.doors_move || plan.movables.moved_furniture > 0;
   std::unique_ptr<simulation::RayCaster> caster;
+  if (numbers.empty()) {
+    numbers.resize(sensors.size());
+    std::iota(numbers.begin(), numbers.end(), std::size_t{0});
+  }
   std::vector<PosedScan> scans;
-  for (std::size_t i = 0; i < prepared.T_world_sensor.size(); ++i) {
+  for (const std::size_t i : numbers) {
+    const Eigen::Isometry3d& T_world_sensor = prepared.T_world_sensor.at(i);
     if (moves || !caster)
       caster = std::make_unique<simulation::RayCaster>(
           simulation::surfacesAt(prepared.scene, plan.movables, plan.seed, i, sensors));
@@ -73,12 +80,12 @@ takeScans(const simulation::DatasetPlan& plan, Frames frames = Frames::Rotated)
     options.noise = plan.noise;
     options.threads = kThreads;
     const std::vector<Eigen::Vector3f> points =
-        simulateScan(*caster, prepared.sensorOf(i), prepared.T_world_sensor[i], options).points;
+        simulateScan(*caster, prepared.sensorOf(i), T_world_sensor, options).points;
     RandomStream random(kFrameSeed, i, plan.seed);
     Eigen::Isometry3d T_scan_sensor = Eigen::Isometry3d::Identity();
     if (frames == Frames::Rotated)
       T_scan_sensor.linear() = random.rotation();
-    else
+    else if (frames == Frames::Level)
       T_scan_sensor.linear() =
           Eigen::AngleAxisd(random.uniform(-3.14, 3.14), Eigen::Vector3d::UnitZ()).toRotationMatrix();
     PosedScan scan;
@@ -86,7 +93,7 @@ takeScans(const simulation::DatasetPlan& plan, Frames frames = Frames::Rotated)
       scan.points =
           T_scan_sensor.linear().cast<float>() *
           Eigen::Map<const Eigen::Matrix3Xf>(points.front().data(), 3, static_cast<Eigen::Index>(points.size()));
-    scan.T_world_scan = prepared.T_world_sensor[i] * T_scan_sensor.inverse();
+    scan.T_world_scan = T_world_sensor * T_scan_sensor.inverse();
     scans.push_back(std::move(scan));
   }
   return scans;
