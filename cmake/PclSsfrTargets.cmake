@@ -9,6 +9,22 @@ function(pcl_ssfr_configure_target target)
   if(PCL_SSFR_WARNINGS_AS_ERRORS)
     target_compile_options(${target} PRIVATE -Werror)
   endif()
+  # PCL's targets name libraries that nothing here calls; each one linked is loaded at every start.
+  if(UNIX AND NOT APPLE)
+    target_link_options(${target} PRIVATE "LINKER:--as-needed")
+  endif()
+endfunction()
+
+# pcl_ssfr_find_module(target): a program that finds the module of the comparison methods, where it was built or installed.
+function(pcl_ssfr_find_module target)
+  if(TARGET pcl_ssfr_comparison)
+    add_dependencies(${target} pcl_ssfr_comparison)
+  endif()
+  set_property(TARGET ${target} APPEND PROPERTY BUILD_RPATH "${PROJECT_BINARY_DIR}/apps")
+  # The older of both tags: no LD_LIBRARY_PATH leads to another build's module, and it holds where a sanitizer asks.
+  if(UNIX AND NOT APPLE)
+    target_link_options(${target} PRIVATE "LINKER:--disable-new-dtags")
+  endif()
 endfunction()
 
 # pcl_ssfr_add_library(name sources...): the library that is installed, which shows what is exported and nothing else,

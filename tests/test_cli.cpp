@@ -27,6 +27,7 @@ using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::Not;
 using ::testing::StartsWith;
 using testing::TemporaryFolder;
 
@@ -334,6 +335,18 @@ TEST_F(AlignProgram, helpAndVersion)
   const Outcome version = run("--version");
   EXPECT_EQ(version.code, 0);
   EXPECT_THAT(version.output, StartsWith("ssfr_align "));
+}
+
+TEST_F(AlignProgram, startsWithoutTheLibrariesThatOnlyOtherMethodsNeed)
+{
+  // The loader lists what a program needs to start, in place of starting it.
+  const std::string list = folder_.file("libraries");
+  const std::string command = std::string("LD_TRACE_LOADED_OBJECTS=1 '") + PCL_SSFR_ALIGN + "' >'" + list + "'";
+  ASSERT_EQ(std::system(command.c_str()), 0);
+  const std::string libraries = io::readFile(list);
+  EXPECT_THAT(libraries, HasSubstr("libpcl_search"));
+  for (const char* other : {"libpcl_features", "libpcl_filters", "libpcl_registration", "libpcl_sample_consensus"})
+    EXPECT_THAT(libraries, Not(HasSubstr(other)));
 }
 
 TEST_F(AlignProgram, everyErrorIsOneLineThatNamesTheThing)

@@ -5,6 +5,7 @@
 
 #include <apps/common/command_line.h>
 #include <apps/io/text_scanner.h>
+#include <apps/methods/method_parameters.h>
 #include <apps/methods/method_registry.h>
 #include <apps/methods/option_numbers.h>
 

@@ -15,6 +15,12 @@ numberOrNull(double value)
 }
 
 nlohmann::ordered_json
+vectorJson(const Eigen::Vector3d& v)
+{
+  return {v.x(), v.y(), v.z()};
+}
+
+nlohmann::ordered_json
 matrixJson(const Eigen::Isometry3d& T)
 {
   nlohmann::ordered_json rows = nlohmann::ordered_json::array();

@@ -14,6 +14,10 @@ namespace apps {
 nlohmann::ordered_json
 numberOrNull(double value);
 
+/// A place or a direction as three numbers.
+nlohmann::ordered_json
+vectorJson(const Eigen::Vector3d& v);
+
 /// A pose as four rows of four numbers.
 nlohmann::ordered_json
 matrixJson(const Eigen::Isometry3d& T);

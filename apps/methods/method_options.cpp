@@ -156,9 +156,9 @@ findUnread(const po::variables_map& values, const Method& method, Profile profil
                 "min-confidence"};
     if (method.kind == MethodKind::Global)
       not_read.push_back("guess");
-    if (!needsNormals(method.name))
+    if (!method.needs_normals)
       not_read.push_back("normal-radius");
-    if (!stopsByItself(method.name))
+    if (!method.stops_by_itself)
       not_read.push_back("time-limit");
   }
   std::vector<std::string> unread;

@@ -3,15 +3,6 @@
 
 #pragma once
 
-#include <apps/methods/method_parameters.h>
-
-#include <pcl/point_types.h>
-#include <pcl/registration/registration.h>
-
-#include <Eigen/Geometry>
-
-#include <cstdint>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -31,7 +22,9 @@ struct Method {
   std::string name;
   std::string description; ///< half a line for the help
   MethodKind kind;
-  std::string refiner; ///< of SsfrRefined: the method that follows
+  std::string refiner;          ///< of SsfrRefined: the method that follows
+  bool needs_normals = false;   ///< of Refiner and Global: works on normals, its own need or that of its features
+  bool stops_by_itself = false; ///< of Refiner and Global: ends after ParameterRule::max_seconds
 };
 
 /// Whether a method judges its answer as ssfr does: ssfr alone, or with a refiner after it.
@@ -56,46 +49,6 @@ methodNames();
 /// Why findMethod() knows no method of a name, as the end of a sentence that begins with the name.
 std::string
 describeUnknown();
-
-using MethodPoint = pcl::PointXYZINormal;
-using MethodCloud = pcl::PointCloud<MethodPoint>;
-using MethodRegistration = pcl::Registration<MethodPoint, MethodPoint, float>;
-
-/// What a registration of PCL is made from: thinned scans, each about its own origin.
-struct MethodInput {
-  MethodCloud::Ptr source; ///< unit normals when needsNormals()
-  MethodCloud::Ptr target;
-  Scales scales;
-  ParameterRule rule;
-  double correspondence_distance = 0; ///< of the refiners [m]
-  bool is_planar = false;             ///< refiners: all points lie on planes and have unit normals, the pose is near
-  unsigned threads = 1;               ///< > 0
-  std::uint64_t seed = 1;             ///< of the methods that draw lots
-};
-
-/// Whether a Refiner or Global method works on normals (its own need or that of its features).
-bool
-needsNormals(const std::string& name);
-
-/// Whether a Refiner or Global method ends after ParameterRule::max_seconds.
-bool
-stopsByItself(const std::string& name);
-
-/** \brief A Refiner or Global method with its scans and parameters set, ready to align(). Features are computed here.
- * \throw std::invalid_argument for a name that is none
- */
-MethodRegistration::Ptr
-makeRegistration(const std::string& name, const MethodInput& input);
-
-/// What a class that says more than PCL's interface can carry thinks of its answer.
-struct OwnAnswer {
-  Eigen::Isometry3d T_target_source; ///< best pose, accepted or not
-  std::string message;
-};
-
-/// What it thinks of the answer of the last align(); nothing for PCL's own classes.
-std::optional<OwnAnswer>
-ownAnswerOf(const MethodRegistration& registration);
 
 } // namespace apps
 } // namespace pcl_ssfr

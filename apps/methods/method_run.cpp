@@ -13,11 +13,9 @@
 
 #include <apps/common/seconds_since.h>
 #include <apps/methods/cloud_view.h>
+#include <apps/methods/comparison_methods.h>
 #include <apps/methods/file_frames.h>
 #include <apps/methods/planar_points.h>
-
-#include <pcl/features/normal_3d_omp.h>
-#include <pcl/search/kdtree.h>
 
 #include <algorithm>
 #include <chrono>
@@ -87,22 +85,12 @@ toCloud(const ThinnedCloud& thinned)
   return cloud;
 }
 
-/// Normals by PCL where the file gave none; points without a normal are dropped.
+/// The points that have a normal, by PCL where the file gave none.
 Cloud::Ptr
 withNormals(const Cloud::Ptr& cloud, bool has_normals, const Eigen::Vector3d& sensor, double radius, unsigned threads)
 {
-  if (!has_normals) {
-    pcl::NormalEstimationOMP<Point, Point> estimation(threads);
-    estimation.setInputCloud(cloud);
-    estimation.setSearchMethod(pcl::make_shared<pcl::search::KdTree<Point>>());
-    estimation.setRadiusSearch(radius);
-    const Eigen::Vector3f viewpoint = sensor.cast<float>();
-    estimation.setViewPoint(viewpoint.x(), viewpoint.y(), viewpoint.z());
-    Cloud normals;
-    estimation.compute(normals);
-    for (std::size_t i = 0; i < cloud->size(); ++i)
-      (*cloud)[i].getNormalVector3fMap() = normals[i].getNormalVector3fMap();
-  }
+  if (!has_normals)
+    comparisonMethods().addNormals(cloud, sensor, radius, threads);
   auto result = pcl::make_shared<Cloud>();
   for (const Point& point : *cloud)
     if (std::abs(point.getNormalVector3fMap().norm() - 1) < kUnitTolerance)
@@ -139,7 +127,7 @@ struct PreparedPair {
 /// Thin both scans by the rule and give them normals where the method needs them: after ssfr, those of planes, which
 /// face the sensors that it found.
 PreparedPair
-preparePair(const std::string& name,
+preparePair(const Method& method,
             const io::LoadedCloud& source,
             const io::LoadedCloud& target,
             const Options& options,
@@ -193,7 +181,7 @@ preparePair(const std::string& name,
     input.is_planar = true;
     result.stages.push_back({"planar points", secondsSince(clock), before, size()});
   }
-  else if (needsNormals(name) && std::min(input.source->size(), input.target->size()) >= kMinPoints) {
+  else if (method.needs_normals && std::min(input.source->size(), input.target->size()) >= kMinPoints) {
     clock = std::chrono::steady_clock::now();
     const std::size_t before = size();
     const auto add = [&](Cloud::Ptr& cloud, bool has_normals, const Eigen::Vector3d& sensor) {
@@ -226,7 +214,7 @@ judge(MethodRegistration& registration, const MethodInput& input, const Eigen::I
   result.status = registration.hasConverged() && finite ? Status::Converged : Status::NoCandidate;
   result.message = result.accepted() ? "the method stopped; that alone does not mean that the pose is right"
                                      : "the method did not converge";
-  if (const auto own = ownAnswerOf(registration)) {
+  if (const auto own = comparisonMethods().ownAnswerOf(registration)) {
     result.message = own->message;
     if (!result.accepted() && own->T_target_source.matrix().allFinite())
       result.T_target_source = own->T_target_source;
@@ -256,9 +244,10 @@ runPcl(const Method& method,
        const std::optional<Eigen::Isometry3d>& guess,
        double& seconds)
 {
+  const ComparisonMethods& comparison = comparisonMethods(); // not in the time of the method
   const auto start = std::chrono::steady_clock::now();
   Result result;
-  PreparedPair pair = preparePair(method.name, source, target, options, settings, ssfr, result);
+  PreparedPair pair = preparePair(method, source, target, options, settings, ssfr, result);
   MethodInput& input = pair.input;
   if (std::min(input.source->size(), input.target->size()) < kMinPoints) {
     result.status = Status::TooFewPoints;
@@ -274,7 +263,7 @@ runPcl(const Method& method,
     cloud_start = frames.toClouds(ssfr ? ssfr->T_target_source : guess.value_or(Eigen::Isometry3d::Identity()));
   auto clock = std::chrono::steady_clock::now();
   const std::size_t points = input.source->size() + input.target->size();
-  const MethodRegistration::Ptr registration = makeRegistration(method.name, input);
+  const MethodRegistration::Ptr registration = comparison.make(method.name, input);
   result.stages.push_back({"features and input", secondsSince(clock), points, points});
   clock = std::chrono::steady_clock::now();
   Cloud moved;

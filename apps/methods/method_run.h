@@ -7,6 +7,7 @@
 #include <pcl_ssfr/result.h>
 
 #include <apps/io/loaded_cloud.h>
+#include <apps/methods/method_parameters.h>
 #include <apps/methods/method_registry.h>
 
 #include <Eigen/Geometry>

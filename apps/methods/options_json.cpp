@@ -54,12 +54,6 @@ valueOf(const Names& names, const Json& json, const std::string& key)
   throw std::invalid_argument("\"" + key + "\" is " + json.dump() + ", which is none of its values");
 }
 
-Json
-vectorJson(const Eigen::Vector3d& v)
-{
-  return {v.x(), v.y(), v.z()};
-}
-
 Eigen::Vector3d
 directionFromJson(const Json& json, const std::string& key)
 {

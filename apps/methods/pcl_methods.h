@@ -3,9 +3,10 @@
 
 #pragma once
 
-#include <apps/methods/method_registry.h>
+#include <apps/methods/comparison_methods.h>
 
-// One maker a method; each in the file of its family, because PCL's templates take long to compile.
+// What the module is made of (see ComparisonMethods): one maker a method, each in the file of its family, because PCL's
+// templates take long to compile.
 
 namespace pcl_ssfr {
 namespace apps {
@@ -35,6 +36,11 @@ MethodRegistration::Ptr
 makeSuper4pcs(const MethodInput& input);
 MethodRegistration::Ptr
 makeGoIcp(const MethodInput& input);
+
+std::optional<OwnAnswer>
+ownAnswerOf(const MethodRegistration& registration);
+void
+addNormals(const MethodCloud::Ptr& cloud, const Eigen::Vector3d& sensor, double radius, unsigned threads);
 
 } // namespace apps
 } // namespace pcl_ssfr

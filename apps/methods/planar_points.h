@@ -3,7 +3,7 @@
 
 #pragma once
 
-#include <apps/methods/method_registry.h>
+#include <apps/methods/comparison_methods.h>
 
 #include <Eigen/Core>
 

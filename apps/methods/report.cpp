@@ -27,12 +27,6 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kAlternatives = 4; ///< listed for people
 
-Json
-vectorJson(const Eigen::Vector3d& v)
-{
-  return {v.x(), v.y(), v.z()};
-}
-
 /// Where a file is found from any folder; empty for no file.
 std::string
 absolutePath(const std::string& path)

@@ -5,6 +5,7 @@
 
 #include "preparation/neighbor_index.h"
 
+#include <apps/common/json_values.h>
 #include <apps/methods/method_parameters.h>
 
 #include <algorithm>
@@ -36,12 +37,6 @@ somePoints(const io::LoadedCloud& cloud, std::size_t count)
     points.col(static_cast<Eigen::Index>(i)) =
         (*cloud.points)[finite[i * finite.size() / kept]].getVector3fMap().cast<double>();
   return points;
-}
-
-Json
-vectorJson(const Eigen::Vector3d& v)
-{
-  return {v.x(), v.y(), v.z()};
 }
 
 Eigen::Vector3d
