@@ -110,6 +110,8 @@ class EndlessCorridor : public ::testing::TestWithParam<const char*> {};
 
 TEST_P(EndlessCorridor, IsUnobservableAlongItAndKnownOtherwise)
 {
+  const double least =
+      GetParam() == std::string("velodyne_vlp16") ? 0.999 : 0.9999; // sixteen rings tell it to 2 degrees
   for (const std::uint64_t seed : {1, 2, 5}) {
     const std::vector<PosedScan> scans = takeScans(planScans("endless_corridor", GetParam(), 3, 40000, seed));
     for (std::size_t i = 1; i < scans.size(); ++i) {
@@ -117,7 +119,7 @@ TEST_P(EndlessCorridor, IsUnobservableAlongItAndKnownOtherwise)
       EXPECT_EQ(result.status, Status::Unobservable) << describe(result);
       ASSERT_EQ(result.unobservable.size(), 1U) << describe(result);
       const Eigen::Vector3d along = scans[i - 1].T_world_scan.linear().row(0);
-      EXPECT_GT(std::abs(result.unobservable[0].direction.dot(along)), 0.9999) << describe(result);
+      EXPECT_GT(std::abs(result.unobservable[0].direction.dot(along)), least) << describe(result);
       const PoseError error = errorOfWhatIsDetermined(result, scans[i], scans[i - 1]);
       EXPECT_LT(error.rotation, 0.2 * kDegree) << describe(result);
       EXPECT_LT(error.translation, 0.02) << describe(result);
@@ -130,35 +132,16 @@ INSTANTIATE_TEST_SUITE_P(Sensors,
                          ::testing::Values("sick_lms200",
                                            "hokuyo_utm30lx",
                                            "leica_p20",
+                                           "velodyne_vlp16",
                                            "velodyne_hdl32e",
                                            "livox_mid360",
                                            "ouster_os1_128"));
 
-TEST(Corridor, WithoutAnEndMayBeALineOfRivals)
-{
-  // Sparse rings fit at many shifts, and after half a turn: when it is clear which of the two, all but the shift is
-  // known.
-  std::size_t known = 0;
-  for (const std::uint64_t seed : {2, 4, 6}) {
-    const std::vector<PosedScan> scans = takeScans(planScans("endless_corridor", "velodyne_vlp16", 3, 40000, seed));
-    for (std::size_t i = 1; i < scans.size(); ++i) {
-      const Result result = registerPosedScans(scans[i], scans[i - 1]).result;
-      if (result.status != Status::Ambiguous || result.unobservable.empty())
-        continue;
-      ++known;
-      const PoseError error = errorOfWhatIsDetermined(result, scans[i], scans[i - 1]);
-      EXPECT_LT(error.rotation, 0.2 * kDegree) << describe(result);
-      EXPECT_LT(error.translation, 0.02) << describe(result);
-    }
-  }
-  EXPECT_GE(known, 2U);
-}
-
 TEST(Corridor, WithoutAnEndIsNoMatchOfRings)
 {
-  // Sparse rings, laid one on the other with their gaps, match better than any other shift along the corridor: a pose
-  // that lays one sensor on the other is what is accepted, if any. Any seed may be the odd one, so several are asked.
-  for (const auto& [sensor, most] : {std::pair("velodyne_vlp16", 3), std::pair("velodyne_hdl32e", 0)}) {
+  // Sparse rings, laid one on the other with their gaps, match better than any other shift along the corridor. Any seed
+  // may be the odd one, so several are asked.
+  for (const char* sensor : {"velodyne_vlp16", "velodyne_hdl32e"}) {
     int accepted = 0;
     std::string which;
     for (std::uint64_t seed = 1; seed <= 12; ++seed) {
@@ -171,7 +154,7 @@ TEST(Corridor, WithoutAnEndIsNoMatchOfRings)
       }
     }
     std::printf("%s: %d of 36 accepted\n", sensor, accepted);
-    EXPECT_LE(accepted, most) << which;
+    EXPECT_EQ(accepted, 0) << which;
   }
 }
 

@@ -363,6 +363,37 @@ TEST(UnobservableDirections, AlongTheCorridor)
   }
 }
 
+TEST(UnobservableDirections, AlongTheCorridorThoughThePatternsOfItsRaysMatch)
+{
+  // Walls, floor and ceiling, and a few small patches across that do not face their sensors.
+  const Matches walls = matchesOn({kY, kZ}, 80, kX, 6), across = matchesOn({kX}, 2, kX, 7);
+  Matches all;
+  all.points.resize(3, walls.points.cols() + across.points.cols());
+  all.points << walls.points, across.points;
+  all.normals.resize(3, all.points.cols());
+  all.normals << walls.normals, across.normals;
+  Refinement polish = refinementOf(all);
+  constexpr double kShare = 0.1;
+  EquationStatisticsSum sum(
+      static_cast<std::size_t>(all.points.cols()), static_cast<std::size_t>(all.points.cols()), 1);
+  for (Eigen::Index i = 0; i < all.points.cols(); ++i)
+    sum.add(static_cast<std::size_t>(i),
+            static_cast<std::size_t>(i),
+            all.points.col(i),
+            all.normals.col(i),
+            0,
+            1,
+            i < walls.points.cols() ? 1 : kShare);
+  polish.statistics = sum.statistics();
+  EXPECT_TRUE(unobservableDirections(poseUncertainty(polish, 0.001)).empty());
+  const PoseUncertainty u = poseUncertainty(polish, 0.001, Eigen::Matrix3d::Zero(), true);
+  const std::vector<UnobservableDirection> open = unobservableDirections(u);
+  ASSERT_EQ(open.size(), 1U);
+  EXPECT_FALSE(open[0].rotation);
+  EXPECT_GT(std::abs(open[0].direction.dot(kX)), 0.999);
+  EXPECT_NEAR(open[0].strength, kShare * poseUncertainty(polish, 0.001).translations[0].strength, 1e-3);
+}
+
 TEST(UnobservableDirections, OnOnePlane)
 {
   const PoseUncertainty u = poseUncertainty(refinementOf(matchesOn({kZ}, 50, kX, 3)), 0.001);

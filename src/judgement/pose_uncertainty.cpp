@@ -63,11 +63,12 @@ std::vector<PrincipalTranslation>
 principalTranslations(const Eigen::Matrix3d& information)
 {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(information);
+  const double most = solver.eigenvalues()[2];
   std::vector<PrincipalTranslation> translations;
   translations.reserve(3);
   for (int k = 0; k < 3; ++k)
     translations.push_back(
-        {solver.eigenvectors().col(k), std::max(0.0, solver.eigenvalues()[k] / solver.eigenvalues()[2])});
+        {solver.eigenvectors().col(k), most > 0 ? std::max(0.0, solver.eigenvalues()[k] / most) : 0.0});
   return translations;
 }
 
@@ -134,7 +135,10 @@ noiseFloor(const UncertaintyConfig& config, double rms)
 }
 
 PoseUncertainty
-poseUncertainty(const Refinement& polish, double noise_floor, const Eigen::Matrix3d& rotation_prior)
+poseUncertainty(const Refinement& polish,
+                double noise_floor,
+                const Eigen::Matrix3d& rotation_prior,
+                bool sensors_coincide)
 {
   PoseUncertainty result;
   result.centre = polish.centre;
@@ -150,7 +154,8 @@ poseUncertainty(const Refinement& polish, double noise_floor, const Eigen::Matri
     return result;
   const Vector6 inverse = units.cwiseInverse();
   result.information = inverse.asDiagonal() * information * inverse.asDiagonal();
-  result.translations = principalTranslations(polish.hessian.bottomRightCorner<3, 3>());
+  const Matrix6& held = sensors_coincide ? polish.statistics.curvature : polish.hessian;
+  result.translations = principalTranslations(held.bottomRightCorner<3, 3>());
   result.rotations = principalRotations(result.information);
   const Eigen::SelfAdjointEigenSolver<Matrix6> solver(information);
   for (int k = 0; k < 6; ++k)

@@ -80,11 +80,16 @@ noiseFloor(const UncertaintyConfig& config, double rms);
  * \param[in] noise_floor see noiseFloor() [m], > 0: no fit is better known than that, be it exact
  * \param[in] rotation_prior what is known of the rotation otherwise: information [1/rad^2], target frame, symmetric
  * and >= 0
+ * \param[in] sensors_coincide the pose lays one sensor on the other, and with them the patterns of their rays: lines of
+ * points that pass for small tilted patches then match all along a corridor. So the translations are as the matches of
+ * surface that faces its sensor determine them, the others with their share of the curvature
+ * (UncertaintyConfig::unseen_curvature)
  */
 PoseUncertainty
 poseUncertainty(const Refinement& polish,
                 double noise_floor,
-                const Eigen::Matrix3d& rotation_prior = Eigen::Matrix3d::Zero());
+                const Eigen::Matrix3d& rotation_prior = Eigen::Matrix3d::Zero(),
+                bool sensors_coincide = false);
 
 /// Directions that the scene leaves undetermined: translations that hardly any matched surface faces, then rotations
 /// that are not known well enough. Least determined first of each kind; empty when nothing matched.

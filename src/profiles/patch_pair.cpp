@@ -213,6 +213,12 @@ PatchPair::isSamePlace(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) c
          rotationBetween(a, b) < config_.refinement.distinct_angle;
 }
 
+bool
+PatchPair::laysSensorOnSensor(const Eigen::Isometry3d& T_target_source) const
+{
+  return seesFreeSpace() && (T_target_source * source_.viewpoint - target_.viewpoint).norm() < config_.search.bin_width;
+}
+
 Eigen::Isometry3d
 PatchPair::toInner(const Eigen::Isometry3d& T_target_source) const
 {
@@ -259,14 +265,6 @@ PatchPair::tolerances(double distance, double angle) const
   options.free_ratio = static_cast<float>(1 - evidence.range_margin);
   options.hidden_ratio = static_cast<float>(1 + evidence.range_margin);
   return options;
-}
-
-/// Whether a pose lays one sensor on the other. Then the patterns of their rays coincide, and with them what is wrong
-/// with the patches: more matches than the surface accounts for. Along a corridor that alone picks a place.
-bool
-PatchPair::laysSensorOnSensor(const Eigen::Isometry3d& T_target_source) const
-{
-  return seesFreeSpace() && (T_target_source * source_.viewpoint - target_.viewpoint).norm() < config_.search.bin_width;
 }
 
 void

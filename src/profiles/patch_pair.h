@@ -138,6 +138,11 @@ public:
   bool
   isSamePlace(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) const;
 
+  /// Whether a pose lays one sensor on the other. Then the patterns of their rays coincide, and with them what is wrong
+  /// with the patches: more matches than the surface accounts for. Along a corridor that alone picks a place.
+  bool
+  laysSensorOnSensor(const Eigen::Isometry3d& T_target_source) const;
+
   /// From the scans' own frames to the inner ones, and back.
   Eigen::Isometry3d
   toInner(const Eigen::Isometry3d& T_target_source) const;
@@ -159,8 +164,6 @@ private:
   matchDistance(const Refinement& wide, const Eigen::Isometry3d& T_target_source) const;
   VisibilityOptions
   tolerances(double distance, double angle) const;
-  bool
-  laysSensorOnSensor(const Eigen::Isometry3d& T_target_source) const;
   void
   score(ScoredPose& pose, const VisibilityOptions& options) const;
   RefinementOptions

@@ -226,7 +226,8 @@ uncertaintyOf(const PatchPair& pair, const ScoredPose& pose)
 {
   return pose.polish ? poseUncertainty(*pose.polish,
                                        noiseFloor(pair.config().judgement.uncertainty, pose.polish->rms),
-                                       pair.priors().rotationInformation())
+                                       pair.priors().rotationInformation(),
+                                       pair.laysSensorOnSensor(pose.T_target_source))
                      : PoseUncertainty();
 }
 
