@@ -15,12 +15,10 @@ function(pcl_ssfr_configure_target target)
   endif()
 endfunction()
 
-# pcl_ssfr_find_module(target): a program that finds the module of the comparison methods, where it was built or installed.
-function(pcl_ssfr_find_module target)
-  if(TARGET pcl_ssfr_comparison)
-    add_dependencies(${target} pcl_ssfr_comparison)
-  endif()
-  set_property(TARGET ${target} APPEND PROPERTY BUILD_RPATH "${PROJECT_BINARY_DIR}/apps")
+# pcl_ssfr_loads_comparison(target): a program that runs methods finds their module, where it was built or installed.
+function(pcl_ssfr_loads_comparison target)
+  add_dependencies(${target} pcl_ssfr_comparison)
+  set_property(TARGET ${target} APPEND PROPERTY BUILD_RPATH "$<TARGET_FILE_DIR:pcl_ssfr_comparison>")
   # The older of both tags: no LD_LIBRARY_PATH leads to another build's module, and it holds where a sanitizer asks.
   if(UNIX AND NOT APPLE)
     target_link_options(${target} PRIVATE "LINKER:--disable-new-dtags")

@@ -341,12 +341,14 @@ TEST_F(AlignProgram, startsWithoutTheLibrariesThatOnlyOtherMethodsNeed)
 {
   // The loader lists what a program needs to start, in place of starting it.
   const std::string list = folder_.file("libraries");
-  const std::string command = std::string("LD_TRACE_LOADED_OBJECTS=1 '") + PCL_SSFR_ALIGN + "' >'" + list + "'";
-  ASSERT_EQ(std::system(command.c_str()), 0);
-  const std::string libraries = io::readFile(list);
-  EXPECT_THAT(libraries, HasSubstr("libpcl_search"));
-  for (const char* other : {"libpcl_features", "libpcl_filters", "libpcl_registration", "libpcl_sample_consensus"})
-    EXPECT_THAT(libraries, Not(HasSubstr(other)));
+  for (const char* program : {PCL_SSFR_ALIGN, PCL_SSFR_BENCHMARK}) {
+    const std::string command = std::string("LD_TRACE_LOADED_OBJECTS=1 '") + program + "' >'" + list + "'";
+    ASSERT_EQ(std::system(command.c_str()), 0);
+    const std::string libraries = io::readFile(list);
+    EXPECT_THAT(libraries, HasSubstr("libpcl_search"));
+    for (const char* other : {"libpcl_features", "libpcl_filters", "libpcl_registration", "libpcl_sample_consensus"})
+      EXPECT_THAT(libraries, Not(HasSubstr(other)));
+  }
 }
 
 TEST_F(AlignProgram, everyErrorIsOneLineThatNamesTheThing)

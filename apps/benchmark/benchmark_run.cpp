@@ -12,6 +12,7 @@
 #include <apps/benchmark/summary_files.h>
 #include <apps/cluster/mpi_ranks.h>
 #include <apps/io/file_bytes.h>
+#include <apps/methods/method_registry.h>
 
 #include <algorithm>
 #include <array>
@@ -371,6 +372,9 @@ int
 runPlan(const BenchmarkArguments& arguments, MpiRanks* ranks)
 {
   const BenchmarkPlan plan = makePlan(arguments);
+  for (const BenchmarkMethod& planned : plan.methods) // a program without its module is no failure of a method
+    if (planned.command.empty())
+      loadModuleOf(*findMethod(planned.name));
   ResultsStore store(arguments.out, plan.settings, arguments.resume, plan.candidates);
   return runFirst(arguments, plan, ranks, store);
 }

@@ -267,6 +267,8 @@ answerMethod(const Json& request, const Reply& reply)
   if (!pair_request.sensor_at_origin)
     options.viewpoint_mode = ViewpointMode::Unknown;
   const PairInput pair = loadPair(pair_request);
+  if (method)
+    loadModuleOf(*method);
   reply.send({{"event", "started"}});
   const double cpu = ownCpuSeconds();
   const MethodRun run = runMethod(name, pair.source, pair.target, options, std::nullopt, settings);

@@ -2,6 +2,7 @@
 // Copyright (c) 2026, pcl_ssfr contributors
 
 #include <apps/methods/comparison_methods.h>
+#include <apps/methods/method_registry.h>
 
 #include <dlfcn.h>
 
@@ -19,7 +20,8 @@ loadModule()
   void* const module = dlopen(PCL_SSFR_COMPARISON_MODULE, RTLD_NOW | RTLD_LOCAL);
   void* const entry = module ? dlsym(module, PCL_SSFR_COMPARISON_ENTRY) : nullptr;
   if (!entry)
-    throw std::runtime_error(std::string("the methods of PCL cannot be loaded: ") + dlerror());
+    throw std::runtime_error(std::string("the methods of PCL and the comparison methods cannot be loaded: ") +
+                             dlerror());
   return reinterpret_cast<const ComparisonMethods* (*)()>(entry)();
 }
 
@@ -30,6 +32,13 @@ comparisonMethods()
 {
   static const ComparisonMethods* const kMethods = loadModule();
   return *kMethods;
+}
+
+void
+loadModuleOf(const Method& method)
+{
+  if (method.kind != MethodKind::Ssfr)
+    comparisonMethods();
 }
 
 } // namespace apps

@@ -50,5 +50,10 @@ methodNames();
 std::string
 describeUnknown();
 
+/// Load the module of a method that is not ours alone (comparisonMethods()): before its time runs, and before anything
+/// is searched in vain. \throw std::runtime_error where it cannot be loaded
+void
+loadModuleOf(const Method& method);
+
 } // namespace apps
 } // namespace pcl_ssfr

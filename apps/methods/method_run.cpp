@@ -244,7 +244,6 @@ runPcl(const Method& method,
        const std::optional<Eigen::Isometry3d>& guess,
        double& seconds)
 {
-  const ComparisonMethods& comparison = comparisonMethods(); // not in the time of the method
   const auto start = std::chrono::steady_clock::now();
   Result result;
   PreparedPair pair = preparePair(method, source, target, options, settings, ssfr, result);
@@ -263,7 +262,7 @@ runPcl(const Method& method,
     cloud_start = frames.toClouds(ssfr ? ssfr->T_target_source : guess.value_or(Eigen::Isometry3d::Identity()));
   auto clock = std::chrono::steady_clock::now();
   const std::size_t points = input.source->size() + input.target->size();
-  const MethodRegistration::Ptr registration = comparison.make(method.name, input);
+  const MethodRegistration::Ptr registration = comparisonMethods().make(method.name, input);
   result.stages.push_back({"features and input", secondsSince(clock), points, points});
   clock = std::chrono::steady_clock::now();
   Cloud moved;
@@ -336,6 +335,7 @@ runMethod(const std::string& name,
   const Method* method = findMethod(name);
   if (!method)
     throw std::invalid_argument("method '" + name + "' " + describeUnknown());
+  loadModuleOf(*method);
   MethodRun run;
   if (method->kind == MethodKind::Ssfr) {
     const auto start = std::chrono::steady_clock::now();

@@ -38,7 +38,8 @@ struct MethodSettings {
  * before the rule for the other methods too.
  * \param[in] guess in file coordinates; the refiners of PCL start there (or at the identity), ssfr judges it as one
  * more candidate, the other global methods do not read it
- * \throw std::invalid_argument for a name that methods() does not list or options that are out of range
+ * \throw std::invalid_argument for a name that methods() does not list or options that are out of range,
+ * std::runtime_error as comparisonMethods()
  */
 MethodRun
 runMethod(const std::string& name,

@@ -34,7 +34,7 @@ struct WeightedEvidence {
 
   /// Of those that meet a patch, or are where the other sensor saw something or through.
   double
-  inView() const
+  visible() const
   {
     return matched + unmatched + contradicted;
   }

@@ -32,7 +32,7 @@ struct RivalGroups {
  *
  * \param[in] members scans of the part, ascending
  * \param[in] pairs of members, smaller first, each at most once
- * \param[in] evidence of each pair, where the map puts them
+ * \param[in] evidence of each pair, where the map puts them; of total 0 (furniture) it counts whatever share is matched
  * \return the first two clusters that are rivals; none: there are not any
  */
 std::optional<RivalGroups>

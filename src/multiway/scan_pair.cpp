@@ -235,7 +235,7 @@ evidenceAt(const PreparedScan& source,
   evidence.matched = both.patches.matched;
   evidence.contradicted = both.patches.contradicted;
   evidence.overlap = both.total > 0 ? both.matched / both.total : 0;
-  evidence.in_view = both.facing.inView();
+  evidence.in_view = both.facing.visible();
   evidence.seen_through = both.facing.contradicted;
   return evidence;
 }
@@ -260,7 +260,7 @@ furnitureAt(const PreparedScan& source,
   SurfaceEvidence both = collectEvidence(source_furniture, t.index, t.freeSpace(), T, tolerances);
   both += collectEvidence(target_furniture, s.index, s.freeSpace(), T.inverse(), tolerances);
   PlacementEvidence evidence;
-  evidence.in_view = both.patches.inView();
+  evidence.in_view = both.patches.visible();
   evidence.seen_through = both.patches.contradicted;
   return evidence;
 }

@@ -126,7 +126,7 @@ struct SurfaceEquations {
   Matrix6 hessian = Matrix6::Zero();
   Vector6 gradient = Vector6::Zero();       ///< the step -hessian^-1 gradient lays the surfaces onto each other
   Matrix6 curvature = Matrix6::Zero();      ///< as EquationStatistics
-  Matrix6 full_curvature = Matrix6::Zero(); ///< the same
+  Matrix6 full_curvature = Matrix6::Zero(); ///< as there
   double weight = 0;                        ///< robust weight of all matches
   double squares = 0;                       ///< weighted sum of squared distances [m^2]
   Eigen::Index matches = 0;
