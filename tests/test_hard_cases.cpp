@@ -137,6 +137,24 @@ INSTANTIATE_TEST_SUITE_P(Sensors,
                                            "livox_mid360",
                                            "ouster_os1_128"));
 
+TEST(Corridor, WithoutAnEndAllButTheShiftIsKnown)
+{
+  int known = 0;
+  for (const std::uint64_t seed : {2, 4, 6}) {
+    const std::vector<PosedScan> scans = takeScans(planScans("endless_corridor", "velodyne_vlp16", 3, 40000, seed));
+    for (std::size_t i = 1; i < scans.size(); ++i) {
+      const Result result = registerPosedScans(scans[i], scans[i - 1]).result;
+      if (result.unobservable.empty())
+        continue;
+      ++known;
+      const PoseError error = errorOfWhatIsDetermined(result, scans[i], scans[i - 1]);
+      EXPECT_LT(error.rotation, 0.2 * kDegree) << describe(result);
+      EXPECT_LT(error.translation, 0.02) << describe(result);
+    }
+  }
+  EXPECT_EQ(known, 6);
+}
+
 TEST(Corridor, WithoutAnEndIsNoMatchOfRings)
 {
   // Sparse rings, laid one on the other with their gaps, match better than any other shift along the corridor. Any seed

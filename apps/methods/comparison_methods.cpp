@@ -18,11 +18,11 @@ const ComparisonMethods*
 loadModule()
 {
   void* const module = dlopen(PCL_SSFR_COMPARISON_MODULE, RTLD_NOW | RTLD_LOCAL);
-  void* const entry = module ? dlsym(module, PCL_SSFR_COMPARISON_ENTRY) : nullptr;
+  void* const entry = module ? dlsym(module, "pclSsfrComparisonMethods") : nullptr;
   if (!entry)
     throw std::runtime_error(std::string("the methods of PCL and the comparison methods cannot be loaded: ") +
                              dlerror());
-  return reinterpret_cast<const ComparisonMethods* (*)()>(entry)();
+  return reinterpret_cast<decltype(&pclSsfrComparisonMethods)>(entry)();
 }
 
 } // namespace

@@ -61,3 +61,7 @@ comparisonMethods();
 
 } // namespace apps
 } // namespace pcl_ssfr
+
+/// What the module shows to the program that loads it.
+extern "C" const pcl_ssfr::apps::ComparisonMethods*
+pclSsfrComparisonMethods();

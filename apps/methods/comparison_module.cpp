@@ -44,9 +44,8 @@ constexpr ComparisonMethods kMethods = {makeMethod, ownAnswerOf, addNormals};
 } // namespace apps
 } // namespace pcl_ssfr
 
-/// What the module shows to the program that loads it.
 extern "C" __attribute__((visibility("default"))) const pcl_ssfr::apps::ComparisonMethods*
-PCL_SSFR_COMPARISON_ENTRY()
+pclSsfrComparisonMethods()
 {
   return &pcl_ssfr::apps::kMethods;
 }

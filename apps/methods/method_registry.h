@@ -50,8 +50,8 @@ methodNames();
 std::string
 describeUnknown();
 
-/// Load the module of a method that is not ours alone (comparisonMethods()): before its time runs, and before anything
-/// is searched in vain. \throw std::runtime_error where it cannot be loaded
+/// Load the module of a method that is not ours alone (comparisonMethods()): before its time runs, and before a search
+/// whose answer it could not refine. \throw std::runtime_error where it cannot be loaded
 void
 loadModuleOf(const Method& method);
 
