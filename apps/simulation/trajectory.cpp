@@ -39,7 +39,7 @@ constexpr std::uint64_t kTiltStream = 1;
 constexpr std::uint64_t kRotationStream = 2;
 
 void
-validate(const TrajectoryOptions& options)
+requireValid(const TrajectoryOptions& options)
 {
   if (options.scans < 1)
     fail("scans", options.scans, "1 or more");
@@ -380,7 +380,7 @@ makeTrajectory(const Scene& scene,
                const SensorModel& sensor,
                const TrajectoryOptions& options)
 {
-  validate(options);
+  requireValid(options);
   const Walk walk(scene);
   if (options.scans > 1 && !(walk.length() > 0))
     throw SimulationError("the path of scene '" + scene.name + "' is a single point: only one scan can be taken");

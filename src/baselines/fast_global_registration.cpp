@@ -24,7 +24,7 @@ constexpr double kFeatureRadiusPerLeaf = 5;
 constexpr double kThresholdPerLeaf = 1.5;
 
 void
-validate(const FastGlobalOptions& options)
+requireValid(const FastGlobalOptions& options)
 {
   const auto share = [](double value, const char* name) {
     checkOption(value >= 0 && value <= 1, name, value, "be in [0, 1]");
@@ -67,7 +67,7 @@ registerFastGlobal(const ScanView& source,
                    const FastGlobalOptions& options,
                    const std::optional<Eigen::Isometry3d>& guess)
 {
-  validate(options);
+  requireValid(options);
   FastGlobalOptions used = options;
   BaselineResult result;
   const std::optional<BaselinePair> scans = thinPair(source, target, used.leaf, used.threads, kPosePoints, result);

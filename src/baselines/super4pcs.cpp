@@ -34,7 +34,7 @@ constexpr double kMaxAngleTolerance = 0.2;   ///< between the segments of a quad
 constexpr std::size_t kVerifiedAtOnce = 512; ///< quads that compete with the same best pose
 
 void
-validate(const Super4PcsOptions& options)
+requireValid(const Super4PcsOptions& options)
 {
   const auto share = [](double value, const char* name) {
     checkOption(value > 0 && value <= 1, name, value, "be in (0, 1]");
@@ -161,7 +161,7 @@ registerSuper4Pcs(const ScanView& source,
                   const std::optional<Eigen::Isometry3d>& guess)
 {
   const Deadline deadline = Deadline::after(options.time_limit, options.time_limit_clock);
-  validate(options);
+  requireValid(options);
   Super4PcsOptions used = options;
   BaselineResult result;
   const std::optional<BaselinePair> scans = thinPair(source, target, used.leaf, used.threads, kBasePoints, result);
