@@ -4,6 +4,7 @@
 import csv
 import os
 import pathlib
+import shutil
 import subprocess
 import sys
 
@@ -40,6 +41,17 @@ def test_a_number_that_matters_and_one_that_does_not(tmp_path):
     before = out.read_bytes()
     assert run(out, "--numbers", "judgement.prior.guess", ROOT / "data").returncode == 0
     assert out.read_bytes() == before
+
+
+def test_scans_in_a_folder_of_their_own_as_the_simulator_writes_them(tmp_path):
+    simulated = tmp_path / "simulated"
+    (simulated / "scans").mkdir(parents=True)
+    shutil.copy(ROOT / "data" / "pairs.csv", simulated)
+    for scan in (ROOT / "data").glob("*.pcd"):
+        shutil.copy(scan, simulated / "scans")
+    done = run(tmp_path / "rows.csv", "--numbers", "judgement.prior.guess_trust", "--factors", "2", simulated)
+    assert done.returncode == 0, done.stderr
+    assert "| `judgement.prior.guess_trust` | 0 | 3 / 3 / 0 |" in done.stdout
 
 
 def test_what_cannot_be_read_is_named(tmp_path):
