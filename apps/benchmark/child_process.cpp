@@ -185,7 +185,7 @@ drain(int descriptor, std::string& text, std::size_t kept)
 {
   std::array<char, 1U << 16> buffer{};
   for (std::size_t taken = 0; taken < kTakenAtOnce;) {
-    const ssize_t got = ::read(descriptor, buffer.data(), buffer.size());
+    const ssize_t got = read(descriptor, buffer.data(), buffer.size());
     if (got == 0)
       return false;
     if (got < 0)
@@ -280,7 +280,7 @@ private:
       pipe->write.close();
     input_.read.close();
     int error = 0;
-    if (::read(failure.read.get(), &error, sizeof(error)) == sizeof(error)) {
+    if (read(failure.read.get(), &error, sizeof(error)) == sizeof(error)) {
       reap(0);
       return failed(error);
     }
