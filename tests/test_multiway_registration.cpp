@@ -502,6 +502,36 @@ TEST_F(Room, posesThatAreNoneAndPriorsFarFromTheSensor)
   EXPECT_NEAR(tolerance.rotation, 2 * prior.rotation, 1e-12);
 }
 
+TEST_F(Room, aPoseOfFewDigitsLeavesTheMapRigid)
+{
+  MultiwayOptions options;
+  options.threads = 2;
+  MultiwayRegistration registration(options);
+  registration.addScan("s0", view(0));
+  registration.addScan("s1", view(1));
+  PosePrior prior;
+  prior.T_map_scan.matrix().topLeftCorner<2, 2>() << 0.707, -0.707, 0.707, 0.707;
+  prior.T_map_scan.translation() = {100, 50, 0};
+  registration.setPosePrior(0, prior);
+  room_links_.serve(registration);
+  for (const MapScan& scan : registration.run().scans) {
+    ASSERT_GE(scan.component, 0);
+    EXPECT_TRUE(scan.T_map_scan.linear().isUnitary(1e-12)) << scan.name;
+  }
+}
+
+TEST_F(Room, aLinkWithoutHypothesesSaysNothing)
+{
+  MultiwayOptions options;
+  options.threads = 2;
+  options.link.least_probability = 0.9999999; // more than any pose of these pairs has
+  MultiwayRegistration registration(options);
+  addAll(registration);
+  const MultiwayMap map = registration.run();
+  for (const MapScan& scan : map.scans)
+    EXPECT_EQ(scan.links, 0) << scan.name;
+}
+
 TEST_F(Room, aPersonsWordAndPriorsCount)
 {
   MultiwayOptions options;
@@ -798,6 +828,23 @@ TEST_F(Room, onePointCloudOfPclIsAScan)
   EXPECT_EQ(registration.find("a"), 0);
   EXPECT_EQ(registration.find("b"), -1);
   EXPECT_TRUE(registration.preparedScan(0).isComplete());
+  // A sensor nowhere is one that is not given.
+  cloud.sensor_origin_.setConstant(std::numeric_limits<float>::quiet_NaN());
+  EXPECT_EQ(registration.addPointCloud("c", cloud), 1);
+  EXPECT_TRUE(registration.preparedScan(1).isComplete());
+}
+
+TEST_F(Room, givenNormalsAreOfTheScan)
+{
+  ScanView scan = view(0);
+  const std::uint64_t without = hashOfScan(scan);
+  Eigen::Matrix3Xf normals = Eigen::Vector3f::UnitZ().replicate(1, scans_[0].cols());
+  scan.normals = normals.data();
+  const std::uint64_t up = hashOfScan(scan);
+  normals = -normals;
+  EXPECT_NE(up, without);
+  EXPECT_NE(up, hashOfScan(scan));
+  EXPECT_EQ(hashOfPoints(scan), hashOfPoints(view(0))) << "the points are the same";
 }
 
 TEST_F(Room, theEquationsOfALinkFollowItsConfigurationButNoVertical)
@@ -840,6 +887,16 @@ TEST(Multiway, whatCannotBeDoneIsSaid)
   MultiwayOptions options;
   options.choice.lone = 2;
   EXPECT_THAT(problem([&] { MultiwayRegistration bad(options); }), HasSubstr("choice.lone = 2"));
+  for (double AliasConfig::*of : {&AliasConfig::level_normal,
+                                  &AliasConfig::most_floor,
+                                  &AliasConfig::flat_view,
+                                  &AliasConfig::least_level_share,
+                                  &AliasConfig::same_level,
+                                  &AliasConfig::storey}) {
+    options = MultiwayOptions();
+    options.alias.*of = -0.1;
+    EXPECT_THAT(problem([&] { MultiwayRegistration bad(options); }), HasSubstr(" = -0.1"));
+  }
   options = MultiwayOptions();
   options.gravity = Eigen::Vector3d::Zero();
   EXPECT_THAT(problem([&] { MultiwayRegistration bad(options); }), HasSubstr("gravity"));
@@ -894,6 +951,38 @@ TEST(ProjectFile, linksComeOutAsTheyWentInAndOnlyOfTheSameSettings)
   EXPECT_EQ(project.readLink(target, source, "settings b").value().hypotheses.size(), 2U);
   EXPECT_FALSE(project.readLink(source, target, "settings b"));
   EXPECT_FALSE(project.readLink(source, source, "settings a"));
+}
+
+TEST(ProjectFile, whatFailsHalfWayLeavesTheMapAsItWas)
+{
+  const TemporaryFolder folder;
+  const std::string file = folder.file("map.sqlite");
+  MultiwayMap map;
+  map.scans.resize(2);
+  map.scans[1].name = "first";
+  map.links.resize(1);
+  map.links[0].target = 1;
+  const auto countOf = [&](const char* query) {
+    sqlite3* database = nullptr;
+    sqlite3_open(file.c_str(), &database);
+    sqlite3_stmt* row = nullptr;
+    sqlite3_prepare_v2(database, query, -1, &row, nullptr);
+    const int count = sqlite3_step(row) == SQLITE_ROW ? sqlite3_column_int(row, 0) : -1;
+    sqlite3_finalize(row);
+    sqlite3_close(database);
+    return count;
+  };
+  {
+    ProjectFile project(file, false);
+    project.writeMap(map, {});
+    MultiwayMap twice = map;
+    twice.scans.resize(3);
+    twice.links.push_back(twice.links[0]); // a pair has one link
+    EXPECT_THROW(project.writeMap(twice, {}), std::runtime_error);
+    EXPECT_EQ(countOf("SELECT count(*) FROM scans"), 2);
+  }
+  EXPECT_EQ(countOf("SELECT count(*) FROM scans"), 2) << "nor when the file is closed";
+  EXPECT_EQ(countOf("SELECT count(*) FROM links"), 1);
 }
 
 } // namespace

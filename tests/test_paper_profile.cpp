@@ -301,11 +301,20 @@ TEST(PaperProfile, UnknownViewpointGivesUnsignedNormals)
     options.viewpoint_mode = mode;
     EXPECT_EQ(preparePaperScan(viewOf(pair.source), options).normals.samples.oriented, mode != ViewpointMode::Unused);
   }
+  options.viewpoint_mode = ViewpointMode::Auto;
+  ScanView moved = viewOf(pair.source);
+  moved.viewpoint = {0.1, 0.2, 0.3};
+  const Result seen =
+      registerPaperScans(preparePaperScan(moved, options), preparePaperScan(viewOf(pair.target), options), options);
+  EXPECT_TRUE(seen.source_viewpoint_used);
+  EXPECT_EQ(seen.source_viewpoint, moved.viewpoint);
+  EXPECT_EQ(seen.target_viewpoint, Eigen::Vector3d::Zero());
   options.viewpoint_mode = ViewpointMode::Unknown;
   const PaperScan scan = preparePaperScan(viewOf(pair.source), options);
   EXPECT_FALSE(scan.normals.samples.oriented);
   const Result result = registerPaperScans(scan, preparePaperScan(viewOf(pair.target), options), options);
   EXPECT_FALSE(result.source_viewpoint_used || result.target_viewpoint_used);
+  EXPECT_EQ(result.source_viewpoint, Eigen::Vector3d::Zero());
   EXPECT_EQ(result.status, Status::Converged);
 }
 

@@ -582,5 +582,55 @@ TEST(Degenerate, scansThatWereNotPreparedAreInvalidInput)
   EXPECT_THROW(registerScans({}, {}, bad), std::invalid_argument);
 }
 
+TEST(Degenerate, optionsAndGuessesThatAreNoneAreRefusedBeforeAnyWork)
+{
+  const Pair pair = scanPair(makeFurnishedRoom(2), 0, 1, roomScanner(0.05), 73);
+  Options options = makeOptions(Profile::Default);
+  options.threads = 100000;
+  EXPECT_THROW(prepareScans(viewOfPoints(pair.source), viewOfPoints(pair.target), options), std::invalid_argument);
+  Eigen::Isometry3d guess = pair.T_target_source;
+  guess.translation().x() = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW(registerPair(pair, makeOptions(Profile::Default), &guess), std::invalid_argument);
+  guess = pair.T_target_source;
+  guess.linear() *= 2;
+  EXPECT_THROW(registerPair(pair, makeOptions(Profile::Default), &guess), std::invalid_argument);
+}
+
+TEST(Degenerate, aToleranceThatEndsWhereNoSurfaceFaces)
+{
+  // Of a floor nothing faces the other axes: along them there is no correlation, and the window's edge is at zero.
+  Eigen::Matrix3Xf floor(3, 81 * 81);
+  for (Eigen::Index i = 0; i < floor.cols(); ++i)
+    floor.col(i) << 0.1f * static_cast<float>(i % 81 - 40), 0.1f * static_cast<float>(i / 81 - 40), 0;
+  Options options = makeOptions(Profile::Default);
+  options.guess_tolerance = GuessTolerance{0.1, 1.0};
+  for (const double shift : {1.3, -1.3}) {
+    const Eigen::Isometry3d guess(Eigen::Translation3d(0, shift, 0));
+    EXPECT_FALSE(registerPair({floor, floor}, options, &guess).accepted());
+  }
+}
+
+TEST(Degenerate, aScanOfVeryFewPointsIsPrepared)
+{
+  Options options = makeOptions(Profile::Default);
+  options.patch_profile.preparation.min_points = 1;
+  Random random(3);
+  Eigen::Matrix3Xf few(3, 10);
+  for (Eigen::Index i = 0; i < few.cols(); ++i)
+    few.col(i) = randomRotation(random).col(0).cast<float>();
+  EXPECT_FALSE(registerPair({few, few}, options).accepted());
+  EXPECT_FALSE(registerPair({few.leftCols(1), few.leftCols(1)}, options).accepted());
+}
+
+TEST(Degenerate, aSearchThatIsDecidedByAnythingNeedsAPose)
+{
+  Options options = makeOptions(Profile::Default);
+  options.patch_profile.judgement.decided = 0;
+  const Eigen::Matrix3Xf nothing(3, 0);
+  EXPECT_FALSE(registerPair({nothing, nothing}, options).accepted());
+  const Pair far = scanPair(makeSinglePlane(), 0, 1, roomScanner(), 74);
+  EXPECT_FALSE(registerPair(far, options).accepted());
+}
+
 } // namespace
 } // namespace pcl_ssfr::test_pipeline

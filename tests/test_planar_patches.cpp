@@ -102,9 +102,13 @@ TEST(ExtractPatches, SideFromTheCloudsNormalsWhereTheViewpointIsUnknown)
       extractPatches(thinScan(view, kLeaf, Eigen::Vector3d::Zero()), nullptr, kThickness, PatchConfig());
   EXPECT_TRUE(patches.samples.oriented);
   EXPECT_LT(patches.samples.normals(2, 0), -0.999);
-  for (Eigen::Index i = 0; i < normals.cols(); i += 2) // normals that do not agree tell nothing
+  for (Eigen::Index i = 0; i < normals.cols(); i += 3) // normals that do not agree say nothing
     normals(2, i) = 1;
   patches = extractPatches(thinScan(view, kLeaf, Eigen::Vector3d::Zero()), nullptr, kThickness, PatchConfig());
+  EXPECT_FALSE(patches.samples.oriented);
+  // Nor where several points make one of the thinned cloud.
+  patches = extractPatches(thinScan(view, 4 * kLeaf, Eigen::Vector3d::Zero()), nullptr, kThickness, PatchConfig());
+  ASSERT_GT(patches.size(), 0);
   EXPECT_FALSE(patches.samples.oriented);
 }
 

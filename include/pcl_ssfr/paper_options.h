@@ -96,7 +96,7 @@ struct TranslationOptions {
   };
   ThirdAxis third_axis = ThirdAxis::FirstMode; ///< how the third axis is chosen
   double max_abs_cos = 0.9;                    ///< of two axes, (0, 1)
-  double min_triple_product = 0.1;             ///< of the three axes, (0, 1)
+  double min_triple_product = 0.1;             ///< of the three axes, [0, 1)
   double cross_angle = 1.0472;                 ///< see ThirdAxis::CrossProduct [rad]
   HistogramOptions histogram;                  ///< along each axis
   CorrelationOptions correlation;              ///< of the two histograms of an axis

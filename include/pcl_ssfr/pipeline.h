@@ -18,7 +18,7 @@ namespace pcl_ssfr {
  * \param[in] options those that the scans were prepared with (PreparedScan::isPreparedWith()); SearchOptions may differ
  * \param[in] guess optional: refined and judged as one more candidate; never needed, never degrades the answer
  * \return all that was found; the pose may be used only when Result::accepted()
- * \throw std::invalid_argument when \p options are out of range
+ * \throw std::invalid_argument when \p options are out of range, or \p guess is not finite or no rigid motion
  */
 PCL_SSFR_EXPORT Result
 registerScans(const PreparedScan& source,
@@ -31,7 +31,7 @@ registerScans(const PreparedScan& source,
  * \param[in] deadline given to prepareScans() and to this, it covers both
  * \param[out] trace what the search of Profile::Default proposed, may be null; the result is the same with and without
  * \return as above
- * \throw std::invalid_argument when \p options are out of range
+ * \throw std::invalid_argument as above
  */
 PCL_SSFR_EXPORT Result
 registerScans(const PreparedScan& source,
@@ -43,9 +43,10 @@ registerScans(const PreparedScan& source,
 
 /** \brief The evidence for a given pose of two prepared scans, without a search: score, overlap, contradiction, rmse.
  *
- * A pose of Result::candidates gets the scores that it has there, so that poses from elsewhere compare with them: one
- * that a local refiner made of Result::T_target_source is worth keeping when it does not score less. Same input, same
- * bits, for any number of threads; takes about as long as one step of the final refinement.
+ * A pose of Result::candidates gets the scores that it has there; its rmse is that of its matches at this pose, which
+ * there is of the step before. A pose that a local refiner made of Result::T_target_source is worth keeping when it is
+ * no worse, both by this function: isNoWorse(). Same input, same bits, for any number of threads; takes about as long
+ * as one step of the final refinement.
  * \param[in] source,target,options as for registerScans()
  * \param[in] T_target_source rigid motion between the scans' own frames [m]
  * \return Candidate::probability is 0: it would need all other poses. Everything is 0 where a scan has no surface.

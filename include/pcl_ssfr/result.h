@@ -75,8 +75,8 @@ struct Candidate {
 };
 
 /// Whether the evidence for a pose is no worse than that for another one near it: it scores no less, and its matches
-/// lie no farther apart. A pose that a local refiner made of ours is worth keeping then, and only then; see
-/// scorePose().
+/// lie no farther apart. A pose that a local refiner made of ours is worth keeping then, and only then. Both are to be
+/// from scorePose(): candidates that were not polished have no rmse.
 inline bool
 isNoWorse(const Candidate& pose, const Candidate& than)
 {

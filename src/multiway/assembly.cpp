@@ -358,6 +358,8 @@ private:
     double right = 0, wrong = 0;
     for (std::size_t k = 0; k < links_.size(); ++k) {
       const PairLink& pair = links_[k];
+      if (pair.hypotheses.empty())
+        continue;
       if (pair.status == Status::Converged && !(graph_.hypotheses[graph_.first[k]].prior > 0) &&
           decisions_.rejected.count({pair.source, pair.target}) == 0) {
         wrong += 1;

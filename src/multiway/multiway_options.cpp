@@ -66,10 +66,17 @@ validate(const MultiwayOptions& options)
   requireShare("choice.rival", choice.rival);
   requirePositive("choice.outvoted", choice.outvoted);
   requirePositive("choice.clear_odds", choice.clear_odds);
+  requirePositive("choice.score_power", choice.score_power);
   requireShare("choice.lone", choice.lone);
   requireOption(choice.loose >= 1 && choice.loose < 10, "choice.loose", choice.loose, "be 1 or more, less than 10");
+  requireShare("alias.level_normal", options.alias.level_normal);
+  requirePositive("alias.most_floor", options.alias.most_floor);
+  requireShare("alias.flat_view", options.alias.flat_view);
+  requireShare("alias.least_level_share", options.alias.least_level_share);
+  requirePositive("alias.same_level", options.alias.same_level);
   requireShare("alias.same_view", options.alias.same_view);
   requireShare("alias.seen_through", options.alias.seen_through);
+  requirePositive("alias.storey", options.alias.storey);
   requireOption(options.alias.least_scans >= 2,
                 "alias.least_scans",
                 static_cast<double>(options.alias.least_scans),

@@ -7,6 +7,7 @@
 #include "common/parallel.h"
 #include "common/rotation_math.h"
 #include "common/stage_clock.h"
+#include "common/types.h"
 #include "multiway/candidate_pairs.h"
 #include "multiway/link_settings.h"
 #include "multiway/map_stages.h"
@@ -437,9 +438,12 @@ MultiwayRegistration::setPosePrior(int scan, const PosePrior& prior)
     throw std::invalid_argument("the tolerance of a pose prior must be positive and finite, its rotation not more than "
                                 "half a turn");
   const auto number = static_cast<std::size_t>(scan);
-  state_->priors[number] = prior;
+  PosePrior rigid = prior; // of a few digits it was close to a rotation, and all poses of the map follow from it
+  if (!rigid.T_map_scan.linear().isUnitary(kRoundingOfSums))
+    rigid.T_map_scan.linear() = nearestRotation(rigid.T_map_scan.linear());
+  state_->priors[number] = rigid;
   if (std::optional<PosePrior>& first = state_->priors[static_cast<std::size_t>(state_->original[number])]; !first)
-    first = prior;
+    first = rigid;
 }
 
 void

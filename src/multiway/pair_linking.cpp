@@ -126,6 +126,14 @@ hashedWith(std::uint64_t hash, std::uint64_t value)
   return hash ^ (hash >> 32);
 }
 
+std::uint64_t
+hashedWith(std::uint64_t hash, const Eigen::Vector3f& p)
+{
+  std::uint32_t bits[3];
+  std::memcpy(bits, p.data(), sizeof(bits));
+  return hashedWith(hashedWith(hash, bits[0] | static_cast<std::uint64_t>(bits[1]) << 32), bits[2]);
+}
+
 } // namespace
 
 PairLink
@@ -141,15 +149,9 @@ std::uint64_t
 hashOfPoints(const ScanView& scan)
 {
   std::uint64_t hash = 0xcbf29ce484222325u;
-  const auto add = [&](std::uint64_t value) { hash = hashedWith(hash, value); };
-  for (std::size_t i = 0; i < scan.count(); ++i) {
-    std::uint32_t bits[3];
-    std::memcpy(bits, scan.point(i).data(), sizeof(bits));
-    add(bits[0] | static_cast<std::uint64_t>(bits[1]) << 32);
-    add(bits[2]);
-  }
-  add(scan.count());
-  return hash;
+  for (std::size_t i = 0; i < scan.count(); ++i)
+    hash = hashedWith(hash, Eigen::Vector3f(scan.point(i)));
+  return hashedWith(hash, scan.count());
 }
 
 std::uint64_t
@@ -168,6 +170,9 @@ hashOfScan(const ScanView& scan, std::uint64_t points)
     std::memcpy(&bits, &value, sizeof(bits));
     hash = hashedWith(hash, bits);
   }
+  // Given normals say which side of a patch was seen where the sensor is not known.
+  for (std::size_t i = 0; scan.normals && i < scan.count(); ++i)
+    hash = hashedWith(hash, Eigen::Vector3f(scan.normal(i)));
   return hash;
 }
 

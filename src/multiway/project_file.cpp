@@ -185,11 +185,37 @@ ProjectFile::writeLink(const PairLink& link,
                        std::uint64_t target_hash,
                        const std::string& settings)
 {
+  writeAtOnce([&] { insert(link, source_hash, target_hash, settings); });
+  if (now() - began_ > kTransaction)
+    flush();
+}
+
+/// Write in the transaction that is open, or a new one. What fails half way is taken back, with all that was written
+/// since the transaction began: links that a later run finds again.
+void
+ProjectFile::writeAtOnce(const std::function<void()>& write)
+{
   if (!in_transaction_) {
     execute("BEGIN IMMEDIATE");
     in_transaction_ = true;
     began_ = now();
   }
+  try {
+    write();
+  }
+  catch (...) {
+    in_transaction_ = false;
+    sqlite3_exec(database_, "ROLLBACK", nullptr, nullptr, nullptr);
+    throw;
+  }
+}
+
+void
+ProjectFile::insert(const PairLink& link,
+                    std::uint64_t source_hash,
+                    std::uint64_t target_hash,
+                    const std::string& settings)
+{
   // Poses of an earlier link of the pair must not stay behind.
   sqlite3_stmt* remove = prepare("DELETE FROM hypotheses WHERE source_hash = ? AND target_hash = ?");
   sqlite3_bind_int64(remove, 1, asInteger(source_hash));
@@ -216,8 +242,6 @@ ProjectFile::writeLink(const PairLink& link,
     bind(insert_hypothesis_, 10, h.information);
     step(insert_hypothesis_);
   }
-  if (now() - began_ > kTransaction)
-    flush();
 }
 
 void
@@ -233,8 +257,13 @@ void
 ProjectFile::writeMap(const MultiwayMap& map, const std::vector<std::pair<std::string, std::string>>& decisions)
 {
   flush();
-  execute("BEGIN IMMEDIATE");
-  in_transaction_ = true;
+  writeAtOnce([&] { insert(map, decisions); });
+  flush();
+}
+
+void
+ProjectFile::insert(const MultiwayMap& map, const std::vector<std::pair<std::string, std::string>>& decisions)
+{
   execute("DELETE FROM scans; DELETE FROM links; DELETE FROM decisions;");
   sqlite3_stmt* scan = prepare("INSERT INTO scans VALUES (?,?,?,?,?,?,?,?,?,?)");
   for (std::size_t i = 0; i < map.scans.size(); ++i) {
@@ -270,7 +299,6 @@ ProjectFile::writeMap(const MultiwayMap& map, const std::vector<std::pair<std::s
     bind(decision, 2, value);
     step(decision);
   }
-  flush();
 }
 
 void

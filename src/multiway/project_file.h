@@ -6,6 +6,7 @@
 #include <pcl_ssfr/multiway/multiway_map.h>
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <utility>
@@ -47,6 +48,12 @@ public:
   writeMap(const MultiwayMap& map, const std::vector<std::pair<std::string, std::string>>& decisions);
 
 private:
+  void
+  writeAtOnce(const std::function<void()>& write);
+  void
+  insert(const PairLink& link, std::uint64_t source_hash, std::uint64_t target_hash, const std::string& settings);
+  void
+  insert(const MultiwayMap& map, const std::vector<std::pair<std::string, std::string>>& decisions);
   void
   execute(const char* sql);
   sqlite3_stmt*

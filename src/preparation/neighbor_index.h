@@ -10,7 +10,7 @@
 
 namespace pcl_ssfr {
 
-/** \brief Nearest-neighbour search over points of any dimension 3 space; hides PCL's KD-tree (FLANN).
+/** \brief Nearest-neighbour search over points in three dimensions; hides PCL's KD-tree (FLANN).
  *
  * Total on empty input: searches answer "nothing". Copies share the tree. Safe to query from many threads.
  */

@@ -122,8 +122,9 @@ thinAtScale(const ScanView& scan, const ScanExtent& extent, const Options& optio
                : config.leaf * result.scale;
   };
   result.cloud = thinScan(scan, leaf(), extent.median, 0, threadCount(options), deadline);
-  // Where points are sparse, patches must be larger to hold enough of them.
-  while (!given && result.cloud.size() >= config.min_points &&
+  // Where points are sparse, patches must be larger to hold enough of them; at most as large as the scan.
+  const double size = (extent.max - extent.min).norm();
+  while (!given && result.cloud.size() >= config.min_points && leaf() < size &&
          pointsPerCell(result.cloud, config.patches.coarsest_level) <
              static_cast<std::size_t>(config.min_points_per_cell)) {
     result.scale *= 2;
@@ -253,7 +254,7 @@ preparePatchScan(const ScanView& scan, const Options& options, const Deadline& d
   prepared.surface =
       drawSurfacePoints(cloud, prepared.patches, config.polish_points, config.polish_group, config.max_polish_points);
   cloud = ThinnedCloud(); // its memory goes before the index needs some
-  // A voxel is as wide as the geometric mean of the edges of patches: each lists few, and each is listed in few.
+  // A voxel is as wide as the geometric mean of the usual edges of patches: each lists few, and each is listed in few.
   const double levels = 0.5 * (config.patches.finest_level + config.patches.coarsest_level);
   const double noise = prepared.thickness / lengths.thickness; // see choosePatchThickness(): 1 and more
   prepared.index =

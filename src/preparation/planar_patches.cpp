@@ -129,11 +129,15 @@ private:
     if (viewpoint_)
       return (*viewpoint_ - plane.mean).dot(plane.normal) >= 0 ? 1 : -1;
     if (cloud_.normals.cols() > 0) {
-      Eigen::Vector3f sum = Eigen::Vector3f::Zero();
-      for (std::uint32_t i = 0; i < patches_.counts[patch]; ++i)
-        sum += cloud_.normals.col(patches_.first_point[patch] + i);
+      Eigen::Vector3f sum = Eigen::Vector3f::Zero(); // of the normals of the points before thinning
+      double points = 0;
+      for (std::uint32_t i = patches_.first_point[patch]; i < patches_.first_point[patch] + patches_.counts[patch];
+           ++i) {
+        sum += cloud_.normals.col(i);
+        points += cloud_.counts[i];
+      }
       const double along = sum.cast<double>().dot(plane.normal);
-      if (std::abs(along) > 0.5 * static_cast<double>(patches_.counts[patch]))
+      if (std::abs(along) > 0.5 * points)
         return along > 0 ? 1 : -1;
     }
     return 0;

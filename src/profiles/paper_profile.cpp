@@ -346,6 +346,10 @@ PaperRegistration::run(const Eigen::Isometry3d* guess)
 {
   result_.source_viewpoint_used = source_.normals.samples.oriented;
   result_.target_viewpoint_used = target_.normals.samples.oriented;
+  if (result_.source_viewpoint_used)
+    result_.source_viewpoint = source_.viewpoint;
+  if (result_.target_viewpoint_used)
+    result_.target_viewpoint = target_.viewpoint;
   for (const PaperScan* scan : {&source_, &target_}) {
     for (StageReport stage : scan->stages) {
       stage.name = (scan == &source_ ? "source_" : "target_") + stage.name;
@@ -417,6 +421,7 @@ preparePaperScan(const ScanView& scan, const Options& options, const Deadline& d
       options.viewpoint_mode == ViewpointMode::Auto || options.viewpoint_mode == ViewpointMode::SensorOrigin;
   const unsigned threads = threadCount(options);
   PaperScan result;
+  result.viewpoint = scan.viewpoint;
   StageClock clock;
   // A stage in which the time ran out may not be complete.
   const auto finish = [&](const char* name, auto in, auto out) {

@@ -83,7 +83,7 @@ nothingFound(const PatchPair& pair, const HypothesisSource& source)
 bool
 isDecided(const PatchPair& pair, const std::vector<ScoredPose>& poses)
 {
-  return computePosterior(poses, pair.posteriorModel()).none <= 1 - pair.config().judgement.decided;
+  return !poses.empty() && computePosterior(poses, pair.posteriorModel()).none <= 1 - pair.config().judgement.decided;
 }
 
 /// Whether the matches of the most probable pose, polished, determine all of it: else it may be next to a better one

@@ -103,6 +103,7 @@ prepareScan(const ScanView& scan, const Options& options, const Deadline& deadli
 std::pair<PreparedScan, PreparedScan>
 prepareScans(const ScanView& source, const ScanView& target, const Options& options, const Deadline& deadline)
 {
+  validate(options);
   const auto threads = static_cast<int>(threadCount(options));
   // Much of a preparation is serial; two of them side by side use two threads most of the time.
   std::array<PreparedScan, 2> prepared;
@@ -130,6 +131,8 @@ registerScans(const PreparedScan& source,
               SearchTrace* trace)
 {
   validate(options);
+  if (guess)
+    requireRigid(*guess, "guess");
   if (const char* problem = problemOf(source, target, options))
     return reportInvalid(problem);
   if (!source.isComplete() || !target.isComplete())

@@ -95,6 +95,8 @@ axisHistogram(const OrientedSamples& samples,
 Correlation
 within(const Correlation& all, double centre, double radius)
 {
+  if (all.values.size() == 0)
+    return all; // no surface of both scans faces the axis: it has no bins
   const auto bin = [&](double shift) {
     return static_cast<Eigen::Index>(
         std::clamp(std::round((shift - all.first_shift) / all.bin_width), 0.0, static_cast<double>(all.values.size())));

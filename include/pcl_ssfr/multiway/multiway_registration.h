@@ -4,6 +4,7 @@
 #pragma once
 
 #include <pcl_ssfr/export.h>
+#include <pcl_ssfr/impl/cloud_access.hpp>
 #include <pcl_ssfr/multiway/multiway_map.h>
 #include <pcl_ssfr/multiway/multiway_options.h>
 #include <pcl_ssfr/multiway/pair_linking.h>
@@ -15,6 +16,7 @@
 #include <cstddef>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -85,13 +87,7 @@ public:
   int
   addPointCloud(const std::string& name, const pcl::PointCloud<PointT>& cloud)
   {
-    ScanView view;
-    view.size = cloud.size();
-    view.stride = sizeof(PointT) / sizeof(float);
-    if (!cloud.empty())
-      view.xyz = &cloud.points.front().x;
-    view.viewpoint = cloud.sensor_origin_.template head<3>().template cast<double>();
-    return addScan(name, view);
+    return addScan(name, detail::viewOf(cloud, nullptr, std::nullopt));
   }
 
   /// Number of scans so far.

@@ -59,7 +59,7 @@ linkPair(const PairTask& task, const PreparedScan& source, const PreparedScan& t
 PCL_SSFR_EXPORT std::uint64_t
 hashOfPoints(const ScanView& scan);
 
-/// A number that differs where points or the viewpoint differ, as in MapScan::hash.
+/// A number that differs where points, given normals or the viewpoint differ, as in MapScan::hash.
 PCL_SSFR_EXPORT std::uint64_t
 hashOfScan(const ScanView& scan);
 /// The same where hashOfPoints() is known.
