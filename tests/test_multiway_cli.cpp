@@ -474,6 +474,25 @@ TEST_F(MapProgram, scansAreWrittenWithTheirPoses)
   }
 }
 
+TEST_F(MapProgram, copiesSayWhereTheSensorWasFound)
+{
+  // In a national grid, in a format that says nothing of the sensor.
+  std::filesystem::create_directories(out("in"));
+  const Eigen::Vector3d sensor(2600000.5, 1200000.25, 450);
+  for (const char* name : {"s0", "s1"})
+    io::saveMovedCloud(out("in") + "/" + name + ".ply",
+                       io::loadCloud(scans() + "/" + name + ".pcd"),
+                       Eigen::Isometry3d(Eigen::Translation3d(sensor)));
+  const Outcome result = run("'" + out("in") + "' --out '" + out() + "' --pcd '" + out("copies") + "'");
+  ASSERT_EQ(result.code, 0) << result.err;
+  const auto poses = apps::readPoses(out() + "/poses.csv");
+  for (const std::string name : {"s0", "s1"}) {
+    const io::LoadedCloud copy = io::loadCloud(out("copies") + "/" + name + ".pcd");
+    ASSERT_TRUE(copy.viewpoint);
+    EXPECT_LT((*copy.viewpoint - poses.at(name + ".ply") * sensor).norm(), 0.3) << name;
+  }
+}
+
 TEST(MapClouds, names)
 {
   const auto named = [](const std::vector<std::string>& names) {

@@ -275,7 +275,8 @@ ScanLayer
 makeScanLayer(const io::LoadedCloud& cloud,
               const Eigen::Isometry3d& T_picture_cloud,
               const Colour& colour,
-              std::string label)
+              std::string label,
+              const std::optional<Eigen::Vector3d>& sensor)
 {
   ScanLayer layer;
   layer.colour = colour;
@@ -285,8 +286,9 @@ makeScanLayer(const io::LoadedCloud& cloud,
     if (point.getVector3fMap().allFinite())
       layer.points.push_back((T_picture_cloud * point.getVector3fMap().cast<double>()).cast<float>());
   layer.thinned = thin(layer.points);
-  if (cloud.viewpoint || cloud.offset.isZero(0))
-    layer.sensor = (T_picture_cloud * (cloud.viewpoint.value_or(Eigen::Vector3d::Zero()) - cloud.offset)).cast<float>();
+  const std::optional<Eigen::Vector3d>& known = sensor ? sensor : cloud.viewpoint;
+  if (known || cloud.offset.isZero(0))
+    layer.sensor = (T_picture_cloud * (known.value_or(Eigen::Vector3d::Zero()) - cloud.offset)).cast<float>();
   return layer;
 }
 

@@ -324,8 +324,9 @@ saveMovedCloud(const std::string& path, const LoadedCloud& cloud, const Eigen::I
   const pcl::PCLPointCloud2 moved = moveTable(cloud.table, T_target_source);
   if (extensionOf(path) == ".ply")
     return writePly(path, moved);
-  const Eigen::Isometry3d sensor =
-      T_target_source * Eigen::Translation3d(cloud.viewpoint.value_or(Eigen::Vector3d::Zero()));
+  Eigen::Isometry3d sensor = T_target_source * Eigen::Translation3d(cloud.viewpoint.value_or(Eigen::Vector3d::Zero()));
+  if (!cloud.viewpoint && !cloud.offset.isZero(0))
+    sensor.translation().setZero(); // the origin of a map, where no sensor was: nothing is known
   writePcd(path, moved, sensor);
 }
 

@@ -141,6 +141,7 @@ writeClouds(const CloudOutputs& outputs,
             const std::vector<MapInputFile>& files,
             const MultiwayMap& map,
             const std::vector<Eigen::Vector3d>& places,
+            const std::vector<std::optional<Eigen::Vector3d>>& found,
             const std::function<void(std::size_t done, std::size_t total)>& progress)
 {
   const std::vector<std::size_t> scans = scansToWrite(map);
@@ -161,7 +162,9 @@ writeClouds(const CloudOutputs& outputs,
   for (std::size_t k = 0; k < scans.size(); ++k) {
     const std::size_t i = scans[k];
     const Eigen::Isometry3d& pose = map.scans[i].T_map_scan;
-    const io::LoadedCloud cloud = io::loadTable(files[i].path);
+    io::LoadedCloud cloud = io::loadTable(files[i].path);
+    if (found[i])
+      cloud.viewpoint = found[i];
     if (merged)
       merged->add(cloud, pose, i);
     if (e57)

@@ -10,6 +10,7 @@
 #include <Eigen/Core>
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -47,6 +48,7 @@ isWritten(const MapScan& scan);
 /** \brief Write them. Each scan is read once more, one at a time: memory does not grow with their number.
  * \param[in] map with poses in the coordinates of the files
  * \param[in] places of the sensors in these [m]
+ * \param[in] found sensors that were found in the points, which go before what the files say; nothing: none was found
  * \param[in] progress scans that are done, and all
  * \throw io::IoError
  */
@@ -55,6 +57,7 @@ writeClouds(const CloudOutputs& outputs,
             const std::vector<MapInputFile>& files,
             const MultiwayMap& map,
             const std::vector<Eigen::Vector3d>& places,
+            const std::vector<std::optional<Eigen::Vector3d>>& found,
             const std::function<void(std::size_t done, std::size_t total)>& progress);
 
 /// Names of scans in an E57 file of a map: without extensions and without the file of those that came from one,

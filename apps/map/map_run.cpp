@@ -111,6 +111,7 @@ public:
       }
     }();
     places_.resize(map.scans.size(), Eigen::Vector3d::Zero());
+    found_sensors_.resize(map.scans.size());
     describeScans(registration, map);
     toFileCoordinates(map);
     MapOutput output{map, std::nullopt, {}, "ssfr_map " + arguments_.words, 0, 0};
@@ -311,6 +312,8 @@ private:
         continue;
       const auto& scan = std::get<PatchScan>(registration.preparedScan(static_cast<int>(i)).data().scan);
       places_[i] = scan.origin + scan.viewpoint + offsets_[i];
+      if (scan.viewpoint_found)
+        found_sensors_[i] = places_[i];
       ScanOutline& outline = outlines_[i];
       outline.place = places_[i];
       for (const MainNormal& main : scan.main_normals) {
@@ -402,9 +405,8 @@ private:
       return "";
     try {
       MapProgress progress;
-      writeClouds(arguments_.clouds, files_, map, places_, [&](std::size_t done, std::size_t total) {
-        progress.show("write", done, total);
-      });
+      const auto show = [&](std::size_t done, std::size_t total) { progress.show("write", done, total); };
+      writeClouds(arguments_.clouds, files_, map, places_, found_sensors_, show);
     }
     catch (const io::IoError& problem) {
       return problem.what();
@@ -452,8 +454,9 @@ private:
   std::vector<MapInputFile> files_;
   std::vector<std::optional<Eigen::Isometry3d>> truth_, poses_; ///< of each scan; empty: no file
   std::vector<ControlPoint> control_;
-  std::vector<Eigen::Vector3d> offsets_; ///< of each scan's coordinates [m]
-  std::vector<Eigen::Vector3d> places_;  ///< of the sensors, in file coordinates [m]
+  std::vector<Eigen::Vector3d> offsets_;                      ///< of each scan's coordinates [m]
+  std::vector<Eigen::Vector3d> places_;                       ///< of the sensors, in file coordinates [m]
+  std::vector<std::optional<Eigen::Vector3d>> found_sensors_; ///< of those, what was found in the points
   std::vector<ScanOutline> outlines_;
 };
 
