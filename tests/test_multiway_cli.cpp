@@ -187,7 +187,7 @@ TEST_F(MapProgram, placesAFolderAndWritesEverything)
   EXPECT_TRUE(std::filesystem::exists(out() + "/poses.tum"));
   const io::LoadedCloud merged = io::loadCloud(out("all.ply"));
   EXPECT_GT(merged.points->size(), 1000U);
-  EXPECT_THAT(result.out, IsEmpty());
+  EXPECT_THAT(result.out, StartsWith("4 scans, 4 placed")) << "--json FILE is one more file";
   // What was written is read as approximate poses.
   const Outcome again = run("'" + scans() + "' --out '" + out("second") + "' --poses '" + out() +
                             "/poses.csv' --pose-tolerance 5,0.5 --json -");
@@ -474,6 +474,42 @@ TEST_F(MapProgram, scansAreWrittenWithTheirPoses)
   }
 }
 
+TEST_F(MapProgram, noOutputReplacesAnotherOne)
+{
+  std::filesystem::create_directories(out("in"));
+  for (const char* name : {"s0.pcd", "s1.pcd"})
+    std::filesystem::copy(scans() + "/" + name, out("in"));
+  std::filesystem::create_hard_link(out("in") + "/s0.pcd", out("linked.pcd"));
+  const std::string begin = "'" + out("in") + "' --out '" + out() + "' ";
+  const struct {
+    std::string arguments;
+    const char* text;
+  } cases[] = {
+      {"--json '" + out() + "/map.sqlite'", "/map.sqlite is a file of the map"},
+      {"--json '" + out() + "/../map/poses.csv'", "/poses.csv is a file of the map"},
+      {"--merged '" + out("linked.pcd") + "'", "linked.pcd would replace the scan "},
+      {"--merged '" + out("x.pcd") + "' --json '" + out("x.pcd") + "'", "/x.pcd is also that of --merged"},
+      {"--pcd '" + out("copies") + "' --merged '" + out("copies") + "/s1.pcd'", "/s1.pcd is also that of --merged"},
+      {"--truth '" + folder_->file("poses.txt") + "' --json '" + folder_->file("poses.txt") + "'", "but is read"},
+  };
+  for (const auto& c : cases)
+    for (const char* folder : {"none", "made"}) {
+      if (std::string(folder) == "made")
+        std::filesystem::create_directories(out());
+      const Outcome result = run(begin + c.arguments);
+      EXPECT_EQ(result.code, 2) << c.arguments;
+      EXPECT_THAT(result.err, HasSubstr(c.text));
+      EXPECT_FALSE(std::filesystem::exists(out() + "/map.sqlite"));
+      std::filesystem::remove_all(out());
+    }
+  // The same where the map is there already.
+  ASSERT_EQ(run(begin).code, 0);
+  const std::string bytes = io::readFile(out() + "/map.sqlite");
+  for (const auto& c : cases)
+    EXPECT_EQ(run(begin + "--resume " + c.arguments).code, 2) << c.arguments;
+  EXPECT_EQ(io::readFile(out() + "/map.sqlite"), bytes);
+}
+
 TEST_F(MapProgram, copiesSayWhereTheSensorWasFound)
 {
   // In a national grid, in a format that says nothing of the sensor.
@@ -491,6 +527,39 @@ TEST_F(MapProgram, copiesSayWhereTheSensorWasFound)
     ASSERT_TRUE(copy.viewpoint);
     EXPECT_LT((*copy.viewpoint - poses.at(name + ".ply") * sensor).norm(), 0.3) << name;
   }
+}
+
+TEST_F(MapProgram, copiesReplaceCopiesOnly)
+{
+  const std::string mine = out("copies") + "/s3.pcd";
+  std::filesystem::create_directories(out("copies"));
+  const std::string begin = "'" + scans() + "' --out '" + out() + "' --pcd '" + out("copies") + "'";
+  const auto expectRefusal = [&] {
+    const Outcome refused = run(begin);
+    EXPECT_EQ(refused.code, 3);
+    EXPECT_THAT(refused.err, HasSubstr(mine + ": is there already, and ssfr_map --pcd did not write it"));
+    EXPECT_FALSE(std::filesystem::exists(out() + "/map.sqlite")) << "the work did not begin";
+  };
+  // A PCD file of this project is not a copy in a map either.
+  io::saveMovedCloud(mine, io::loadCloud(scans() + "/s3.pcd"), Eigen::Isometry3d::Identity());
+  const std::string bytes = io::readFile(mine);
+  expectRefusal();
+  EXPECT_EQ(io::readFile(mine), bytes);
+  std::filesystem::remove(mine);
+  std::filesystem::create_symlink("nowhere.pcd", mine);
+  expectRefusal();
+  // One that came while the program worked.
+  std::filesystem::remove(mine);
+  std::vector<apps::MapInputFile> files{{scans() + "/s3.pcd", "s3.pcd"}};
+  MultiwayMap map;
+  map.scans.resize(1);
+  map.scans[0].component = 1;
+  apps::CloudOutputs outputs;
+  outputs.pcd = out("copies");
+  apps::checkOutputs(outputs, files);
+  io::writeFile(mine, bytes);
+  EXPECT_THROW(apps::writeClouds(outputs, files, map, {}, {}, [](std::size_t, std::size_t) {}), io::IoError);
+  EXPECT_EQ(io::readFile(mine), bytes);
 }
 
 TEST(MapClouds, names)

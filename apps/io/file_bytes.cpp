@@ -10,6 +10,7 @@
 #include <memory>
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 namespace pcl_ssfr {
@@ -66,6 +67,16 @@ readFile(const std::string& path)
     throw IoError(path + ": cannot be read: " + systemMessage());
   content.resize(got);
   return content;
+}
+
+std::string
+fileIdentity(const std::string& path)
+{
+  struct stat info {};
+  if (::stat(path.c_str(), &info) == 0)
+    return S_ISREG(info.st_mode) ? std::to_string(info.st_dev) + ":" + std::to_string(info.st_ino) : std::string();
+  std::error_code error;
+  return std::filesystem::weakly_canonical(std::filesystem::absolute(path, error), error).string();
 }
 
 std::string

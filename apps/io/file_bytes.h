@@ -30,6 +30,11 @@ writeFile(const std::string& path, std::string_view content);
 void
 writeFile(const std::string& path, std::initializer_list<std::string_view> parts);
 
+/// The same text for all names of a file, hard links too, whether it is there or not; empty for what is no file, as
+/// /dev/null.
+std::string
+fileIdentity(const std::string& path);
+
 /// Bytes that are read piece by piece: a file larger than memory, or what is in memory already.
 class ByteSource {
 public:

@@ -310,7 +310,10 @@ isWritableFormat(const std::string& path)
 }
 
 void
-saveMovedCloud(const std::string& path, const LoadedCloud& cloud, const Eigen::Isometry3d& T_target_source)
+saveMovedCloud(const std::string& path,
+               const LoadedCloud& cloud,
+               const Eigen::Isometry3d& T_target_source,
+               std::string_view pcd_comment)
 {
   if (!isWritableFormat(path))
     throw IoError(path + ": unknown format, the extension must be " + writableFormats());
@@ -327,7 +330,7 @@ saveMovedCloud(const std::string& path, const LoadedCloud& cloud, const Eigen::I
   Eigen::Isometry3d sensor = T_target_source * Eigen::Translation3d(cloud.viewpoint.value_or(Eigen::Vector3d::Zero()));
   if (!cloud.viewpoint && !cloud.offset.isZero(0))
     sensor.translation().setZero(); // the origin of a map, where no sensor was: nothing is known
-  writePcd(path, moved, sensor);
+  writePcd(path, moved, sensor, pcd_comment);
 }
 
 } // namespace io

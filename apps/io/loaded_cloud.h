@@ -110,10 +110,14 @@ isWritableFormat(const std::string& path);
  * E57 keeps points in the frame of the sensor and the motion as the pose of the scan (e57_writer.h). Else coordinates
  * are written as FLOAT64 when the file had them so or when the moved ones are large, else as FLOAT32.
  * \param[in] T_target_source maps file coordinates of the cloud to those of the target
+ * \param[in] pcd_comment as of writePcd(); other formats take none
  * \throw IoError
  */
 void
-saveMovedCloud(const std::string& path, const LoadedCloud& cloud, const Eigen::Isometry3d& T_target_source);
+saveMovedCloud(const std::string& path,
+               const LoadedCloud& cloud,
+               const Eigen::Isometry3d& T_target_source,
+               std::string_view pcd_comment = {});
 
 } // namespace io
 } // namespace pcl_ssfr

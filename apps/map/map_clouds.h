@@ -12,6 +12,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace pcl_ssfr {
@@ -31,8 +32,12 @@ struct CloudOutputs {
   }
 };
 
+/// The files that are written of these scans, each with the option that asks for it.
+std::vector<std::pair<const char*, std::string>>
+outputFiles(const CloudOutputs& outputs, const std::vector<MapInputFile>& files);
+
 /** \brief Look at what can be seen before the scans are placed, and make the folder.
- * \throw io::IoError where a file cannot be written \throw UsageError where it would replace one of the scans
+ * \throw io::IoError where a file cannot be written, or a copy would replace a file that is no copy of an earlier run
  */
 void
 checkOutputs(const CloudOutputs& outputs, const std::vector<MapInputFile>& files);
