@@ -2,6 +2,7 @@
 // Copyright (c) 2026, pcl_ssfr contributors
 
 #include <apps/io/file_bytes.h>
+#include <apps/io/output_file.h>
 #include <apps/io/text_scanner.h>
 #include <apps/io/transform_file.h>
 
@@ -11,8 +12,10 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <clocale>
 #include <cmath>
+#include <csignal>
 #include <cstring>
 #include <ctime>
 #include <filesystem>
@@ -23,6 +26,7 @@ namespace pcl_ssfr::test_io_text {
 namespace {
 
 using ::testing::AllOf;
+using ::testing::ElementsAre;
 using testing::errorOf;
 using testing::fuzz;
 using ::testing::HasSubstr;
@@ -415,6 +419,45 @@ TEST(Files, whatCannotBeReadIsNamed)
   if (std::filesystem::exists("/dev/full")) {
     EXPECT_THROW(io::writeFile("/dev/full", std::string(100000, 'x')), io::IoError);
   }
+}
+
+TEST(Files, areCompleteOrAsTheyWere)
+{
+  const TemporaryFolder folder;
+  const auto names = [&folder] {
+    std::vector<std::string> found;
+    for (const auto& entry : std::filesystem::directory_iterator(folder.file("")))
+      found.push_back(entry.path().filename().string());
+    std::sort(found.begin(), found.end());
+    return found;
+  };
+  const std::string path = folder.file("a.txt");
+  io::writeFile(path, "first");
+  std::filesystem::permissions(path, std::filesystem::perms(0640));
+  {
+    io::OutputFile file(path);
+    file.write("half of the sec");
+    EXPECT_EQ(names().size(), 2U) << "it is written next to it";
+  }
+  EXPECT_EQ(io::readFile(path), "first");
+  EXPECT_THAT(names(), ElementsAre("a.txt"));
+  std::filesystem::create_symlink("a.txt", folder.file("link.txt"));
+  io::writeFile(folder.file("link.txt"), "second");
+  EXPECT_TRUE(std::filesystem::is_symlink(folder.file("link.txt")));
+  EXPECT_EQ(io::readFile(path), "second");
+  EXPECT_EQ(std::filesystem::status(path).permissions(), std::filesystem::perms(0640));
+  EXPECT_THAT(names(), ElementsAre("a.txt", "link.txt"));
+  // As on a disk that gets full: the system cuts files at a size.
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
+  std::signal(SIGXFSZ, SIG_IGN);
+  const rlimit small{4096, before.rlim_max};
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
+  EXPECT_THROW(io::writeFile(path, std::string(100000, 'x')), io::IoError);
+  setrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, SIG_DFL);
+  EXPECT_EQ(io::readFile(path), "second");
+  EXPECT_THAT(names(), ElementsAre("a.txt", "link.txt"));
 }
 
 TEST(Files, identityIsThatOfTheFile)

@@ -562,6 +562,17 @@ TEST_F(MapProgram, copiesReplaceCopiesOnly)
   EXPECT_EQ(io::readFile(mine), bytes);
 }
 
+TEST(MapClouds, mergedByTheExtensionInAnyCase)
+{
+  TemporaryFolder folder;
+  for (const char* name : {"x.Pcd", "x.PLY"}) {
+    apps::MergedCloud merged(folder.file(name), 0, false);
+    merged.add(io::parseCloud("a.xyz", "1 2 3\n4 5 6\n"), Eigen::Isometry3d::Identity(), 0);
+    EXPECT_EQ(merged.finish(), 2U);
+    EXPECT_EQ(io::loadCloud(folder.file(name)).points->size(), 2U);
+  }
+}
+
 TEST(MapClouds, names)
 {
   const auto named = [](const std::vector<std::string>& names) {

@@ -3,6 +3,8 @@
 
 #include <apps/io/file_bytes.h>
 
+#include <apps/io/output_file.h>
+
 #include <algorithm>
 #include <cerrno>
 #include <cstdio>
@@ -130,14 +132,10 @@ writeFile(const std::string& path, std::string_view content)
 void
 writeFile(const std::string& path, std::initializer_list<std::string_view> parts)
 {
-  FilePtr file(std::fopen(path.c_str(), "wb"));
-  if (!file)
-    throw IoError(path + ": cannot be created: " + systemMessage());
-  bool written = true;
+  OutputFile file(path);
   for (const std::string_view part : parts)
-    written = written && std::fwrite(part.data(), 1, part.size(), file.get()) == part.size();
-  if (!written || std::fclose(file.release()) != 0)
-    throw IoError(path + ": cannot be written: " + systemMessage());
+    file.write(part);
+  file.finish();
 }
 
 } // namespace io

@@ -21,7 +21,7 @@ std::string
 readFile(const std::string& path);
 
 /** \brief Replace the content of a file.
- * \throw IoError when it cannot be created or not be written completely.
+ * \throw IoError when it cannot be created or not be written completely: it is as before then (output_file.h).
  */
 void
 writeFile(const std::string& path, std::string_view content);

@@ -31,20 +31,6 @@ using VectorFields = std::array<const Field*, 3>;
 
 constexpr const char* kE57 = ".e57";
 
-std::string
-extensionOf(const std::string& scan)
-{
-  const std::string path = fileOfScan(scan);
-  const std::size_t dot = path.find_last_of("./");
-  if (dot == std::string::npos || path[dot] == '/')
-    return {};
-  std::string extension = path.substr(dot);
-  std::transform(extension.begin(), extension.end(), extension.begin(), [](char c) {
-    return static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  });
-  return extension;
-}
-
 /// How files of an extension are read: whole, or block by block.
 struct Reader {
   const char* extension;
@@ -253,6 +239,20 @@ toScanPoints(const std::string& path, RawCloud raw)
 }
 
 } // namespace
+
+std::string
+extensionOf(const std::string& scan)
+{
+  const std::string path = fileOfScan(scan);
+  const std::size_t dot = path.find_last_of("./");
+  if (dot == std::string::npos || path[dot] == '/')
+    return {};
+  std::string extension = path.substr(dot);
+  std::transform(extension.begin(), extension.end(), extension.begin(), [](char c) {
+    return static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  });
+  return extension;
+}
 
 const char*
 readableFormats()

@@ -42,6 +42,10 @@ struct LoadedCloud {
 const char*
 readableFormats();
 
+/// The extension of the file of a scan, in lower case: ".pcd"; empty where it has none.
+std::string
+extensionOf(const std::string& scan);
+
 /// True when loadCloud knows the extension of this file, in any case of letters.
 bool
 isReadableFormat(const std::string& path);
