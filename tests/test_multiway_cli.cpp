@@ -562,6 +562,28 @@ TEST_F(MapProgram, copiesReplaceCopiesOnly)
   EXPECT_EQ(io::readFile(mine), bytes);
 }
 
+TEST(MapFiles, tumKeepsMillimetresOfANationalGrid)
+{
+  MultiwayMap map;
+  map.scans.resize(1);
+  map.scans[0].component = 0;
+  const Eigen::Vector3d scan(2600000.123, 1200000.456, 450.789); // both frames are that of the grid
+  const Eigen::Isometry3d truth = Eigen::Translation3d(scan) *
+                                  Eigen::AngleAxisd(1.234, Eigen::Vector3d(1, 2, 3).normalized()) *
+                                  Eigen::Translation3d(-scan);
+  map.scans[0].T_map_scan = truth;
+  std::istringstream text(apps::posesTum(map));
+  std::string comment;
+  std::getline(text, comment);
+  std::size_t number = 7;
+  Eigen::Vector3d t;
+  Eigen::Quaterniond q;
+  text >> number >> t.x() >> t.y() >> t.z() >> q.x() >> q.y() >> q.z() >> q.w();
+  EXPECT_EQ(number, 0U);
+  const Eigen::Isometry3d read = Eigen::Translation3d(t) * q.normalized();
+  EXPECT_LT((read * scan - truth * scan).norm(), 1e-6);
+}
+
 TEST(MapClouds, mergedByTheExtensionInAnyCase)
 {
   TemporaryFolder folder;
