@@ -511,6 +511,16 @@ TEST_F(AlignProgram, aSensorThatWasFoundIsWrittenAndDrawn)
   EXPECT_LT((layer.sensor->cast<double>() - T * sensor).norm(), 1e-3);
 }
 
+TEST_F(AlignProgram, picturesAreStraightWhereverAScanLies)
+{
+  const Eigen::Isometry3d turn(Eigen::AngleAxisd(0.227, Eigen::Vector3d::UnitZ())); // by 13 degrees
+  for (const Eigen::Vector3d& place : {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(900, 500, 0)}) {
+    const auto cloud = io::parseCloud("room.xyz", room(Eigen::Translation3d(place) * turn));
+    const Eigen::Matrix3d R = apps::pictureFrame(cloud, Eigen::Vector3d::UnitZ()).linear() * turn.linear();
+    EXPECT_LT(std::min(std::abs(R(0, 0)), std::abs(R(1, 0))), 0.026) << R;
+  }
+}
+
 TEST_F(AlignProgram, scansOfOneE57File)
 {
   const Eigen::Isometry3d T_source_room =
