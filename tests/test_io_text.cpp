@@ -132,6 +132,26 @@ TEST(Xyz, largeCoordinatesKeepMillimetres)
   expectPoint(cloud, 1, 691235.001, 5312344.002, 411.003, 1e-4);
 }
 
+TEST(Xyz, commasBetweenColumnsAreNotDecimal)
+{
+  for (const char* text : {"1, 2, 3\n", "1 ,2 ,3\n", "1,2,3 \n", "1.5,2 3.5\n", "1 2 3 255,0,10\n", "1,2 3\n"})
+    EXPECT_EQ(io::parseCloud("a.xyz", text).points->size(), 1U) << text;
+}
+
+TEST(TextScanner, byteOrderMarkIsSkippedOnce)
+{
+  const std::string mark = "\xEF\xBB\xBF";
+  EXPECT_EQ(io::parseCloud("a.xyz", mark + "1 2 3\n4 5 6\n").points->size(), 2U);
+  EXPECT_EQ(io::parseCloud("a.csv", mark + "x,y,z\n1,2,3\n").points->size(), 1U);
+  EXPECT_EQ(io::parseCloud("a.csv", mark + "# x,y,z\n1,2,3\n").points->size(), 1U);
+  EXPECT_THAT(errorOf("a.xyz", "1 2 3\n" + mark + "4 5 6\n"), HasSubstr("a.xyz:2: "));
+  EXPECT_THAT(errorOf("a.xyz", mark + mark + "1 2 3\n"), HasSubstr("a.xyz:1: "));
+  const TemporaryFolder folder;
+  io::writeTransform(folder.file("T.txt"), Eigen::Isometry3d::Identity());
+  io::writeFile(folder.file("T.txt"), mark + io::readFile(folder.file("T.txt")));
+  EXPECT_TRUE(io::readTransform(folder.file("T.txt")).isApprox(Eigen::Isometry3d::Identity()));
+}
+
 TEST(Xyz, errorsNameFileLineAndValue)
 {
   EXPECT_EQ(errorOf("a.xyz", "1 2 3\n1 abc 3\n"), "a.xyz:2: column 2: 'abc' is not a number");
@@ -140,6 +160,10 @@ TEST(Xyz, errorsNameFileLineAndValue)
   EXPECT_EQ(errorOf("a.xyz", ""), "a.xyz: is empty");
   EXPECT_EQ(errorOf("a.xyz", "# nothing\n"), "a.xyz: holds no points");
   EXPECT_THAT(errorOf("a.xyz", "1,5;2,5;3,5\n"), HasSubstr("decimal commas"));
+  EXPECT_THAT(errorOf("a.xyz", "# x y z\n0,72 0,00 -1,25\n"),
+              AllOf(HasSubstr("a.xyz:2: "), HasSubstr("decimal commas")));
+  EXPECT_THAT(errorOf("a.csv", "x y z i\n0,72\t2\t-1,25\t+3\n"), HasSubstr("a.csv:2: "));
+  EXPECT_THAT(errorOf("a.xyz", std::string("\x7f\x45\x4c\x46\0\0\n\0", 8)), HasSubstr("a.xyz:1: neither numbers nor"));
 }
 
 TEST(Pts, countComesFirstAndMustBeRight)

@@ -838,6 +838,16 @@ TEST(MapOptions, whichPairsAreLinked)
   EXPECT_EQ(rule({"--pairs", "candidates"}), PairRule::Candidates);
 }
 
+TEST(PoseList, aByteOrderMarkIsNoPartOfTheFirstName)
+{
+  const TemporaryFolder folder;
+  const std::string mark = "\xEF\xBB\xBF";
+  io::writeFile(folder.file("p.txt"), mark + "a.pcd 1 2 3 0 0 0 1\nb.pcd 1 2 3 0 0 0 1\n");
+  EXPECT_EQ(apps::readPoses(folder.file("p.txt")).count("a.pcd"), 1U);
+  io::writeFile(folder.file("control.csv"), mark + "scan,x,y,z\na,0,0,0\nb,9,0,0\nc,0,9,0\n");
+  EXPECT_EQ(apps::readControl(folder.file("control.csv")).size(), 3U);
+}
+
 TEST(PoseList, bothFormatsAndWhatIsWrongInThem)
 {
   const TemporaryFolder folder;
