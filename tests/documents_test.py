@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Copyright (c) 2026, pcl_ssfr contributors
-"""scripts/check_links and scripts/check_readme: what they find on documents made up for it."""
+"""scripts/check_links and scripts/check_readme: what they find on documents made up for it. Help of scripts."""
 import importlib.machinery
 import importlib.util
 import pathlib
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -22,6 +23,16 @@ def load(name):
 
 check_links = load("check_links")
 check_readme = load("check_readme")
+
+
+class Help(unittest.TestCase):
+    def test_speed_table_builds_nothing(self):
+        # Without a PATH whatever it would run is not found.
+        command = ["/bin/bash", SCRIPTS / "speed_table", "--help"]
+        with tempfile.TemporaryDirectory() as tools:
+            pathlib.Path(tools, "sed").symlink_to(shutil.which("sed"))
+            done = subprocess.run(command, env={"PATH": tools}, stdout=subprocess.PIPE, check=True, text=True)
+        self.assertIn("scripts/speed_table [OPTIONS] DATASET...", done.stdout)
 
 
 class Links(unittest.TestCase):

@@ -34,6 +34,7 @@ namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using ::testing::StartsWith;
 using testing::TemporaryFolder;
 
@@ -340,7 +341,10 @@ TEST_F(BenchmarkProgram, theStageThatLostTheTruthIsNamed)
 
 TEST_F(BenchmarkProgram, acceptedAnswersAreFalseWhereNoPoseIsRight)
 {
-  ASSERT_EQ(run(small() + out() + "--methods icp_point_to_point,ssfr --pairs 0 --mirror-source").code, 0);
+  const Outcome run_once = run(small() + out() + "--methods icp_point_to_point,ssfr --pairs 0 --mirror-source");
+  ASSERT_EQ(run_once.code, 0);
+  EXPECT_THAT(run_once.errors, HasSubstr("icp_point_to_point: accepted, converged, no pose is right, "));
+  EXPECT_THAT(run_once.errors, AllOf(Not(HasSubstr("wrong")), Not(HasSubstr("nan"))));
   for (const ResultRow& row : rows()) {
     EXPECT_FALSE(row.success);
     EXPECT_FALSE(row.truth);

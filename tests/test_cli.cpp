@@ -5,6 +5,7 @@
 
 #include <apps/align/align_options.h>
 #include <apps/align/pictures.h>
+#include <apps/drawing/scene_drawing.h>
 #include <apps/io/e57_format.h>
 #include <apps/io/e57_writer.h>
 #include <apps/io/file_bytes.h>
@@ -17,6 +18,7 @@
 #include <nlohmann/json.hpp>
 #include <sys/wait.h>
 
+#include <array>
 #include <cmath>
 #include <sstream>
 
@@ -482,6 +484,41 @@ TEST_F(AlignProgram, distancesInAMapAreThoseAtTheScan)
     EXPECT_LT(std::stod(line.substr(at + 9)), 30) << line;
   }
   EXPECT_GT(others, 0U) << result.output;
+}
+
+TEST_F(AlignProgram, aSensorThatWasFoundIsWrittenAndDrawn)
+{
+  // In a frame of the site, in a format that says nothing of the sensor.
+  const Eigen::Isometry3d T_site_scan(Eigen::Translation3d(900, 500, 0));
+  const std::string data = PCL_SSFR_DATA_DIR "/";
+  for (const char* name : {"hall_0", "hall_1"})
+    io::saveMovedCloud(folder_.file(std::string(name) + ".ply"), io::loadCloud(data + name + ".pcd"), T_site_scan);
+  const Outcome result = run(folder_.file("hall_1.ply") + " " + folder_.file("hall_0.ply") + " --transform " +
+                             folder_.file("T.txt") + " --output " + folder_.file("moved.pcd") + " --json -");
+  ASSERT_EQ(result.code, 0) << result.errors;
+  const auto json = nlohmann::json::parse(result.output);
+  ASSERT_EQ(json["source_viewpoint_found"], true);
+  const Eigen::Vector3d sensor(json["source_viewpoint_m"].get<std::array<double, 3>>().data());
+  EXPECT_LT((sensor - T_site_scan.translation()).norm(), 1);
+  const auto moved = io::loadCloud(folder_.file("moved.pcd"));
+  ASSERT_TRUE(moved.viewpoint);
+  EXPECT_LT((*moved.viewpoint - io::readTransform(folder_.file("T.txt")) * sensor).norm(), 1e-6);
+
+  const auto scan = io::loadCloud(folder_.file("hall_1.ply"));
+  const Eigen::Isometry3d T(Eigen::Translation3d(1, 2, 3));
+  const auto layer = apps::makeScanLayer(scan, T, apps::kSourceColour, "", sensor);
+  ASSERT_TRUE(layer.sensor);
+  EXPECT_LT((layer.sensor->cast<double>() - T * sensor).norm(), 1e-3);
+}
+
+TEST_F(AlignProgram, picturesAreStraightWhereverAScanLies)
+{
+  const Eigen::Isometry3d turn(Eigen::AngleAxisd(0.227, Eigen::Vector3d::UnitZ())); // by 13 degrees
+  for (const Eigen::Vector3d& place : {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(900, 500, 0)}) {
+    const auto cloud = io::parseCloud("room.xyz", room(Eigen::Translation3d(place) * turn));
+    const Eigen::Matrix3d R = apps::pictureFrame(cloud, Eigen::Vector3d::UnitZ()).linear() * turn.linear();
+    EXPECT_LT(std::min(std::abs(R(0, 0)), std::abs(R(1, 0))), 0.026) << R;
+  }
 }
 
 TEST_F(AlignProgram, scansOfOneE57File)

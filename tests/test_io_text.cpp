@@ -2,6 +2,7 @@
 // Copyright (c) 2026, pcl_ssfr contributors
 
 #include <apps/io/file_bytes.h>
+#include <apps/io/output_file.h>
 #include <apps/io/text_scanner.h>
 #include <apps/io/transform_file.h>
 
@@ -11,10 +12,13 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <clocale>
 #include <cmath>
+#include <csignal>
 #include <cstring>
 #include <ctime>
+#include <filesystem>
 #include <fstream>
 #include <random>
 
@@ -22,6 +26,7 @@ namespace pcl_ssfr::test_io_text {
 namespace {
 
 using ::testing::AllOf;
+using ::testing::ElementsAre;
 using testing::errorOf;
 using testing::fuzz;
 using ::testing::HasSubstr;
@@ -127,6 +132,26 @@ TEST(Xyz, largeCoordinatesKeepMillimetres)
   expectPoint(cloud, 1, 691235.001, 5312344.002, 411.003, 1e-4);
 }
 
+TEST(Xyz, commasBetweenColumnsAreNotDecimal)
+{
+  for (const char* text : {"1, 2, 3\n", "1 ,2 ,3\n", "1,2,3 \n", "1.5,2 3.5\n", "1 2 3 255,0,10\n", "1,2 3\n"})
+    EXPECT_EQ(io::parseCloud("a.xyz", text).points->size(), 1U) << text;
+}
+
+TEST(TextScanner, byteOrderMarkIsSkippedOnce)
+{
+  const std::string mark = "\xEF\xBB\xBF";
+  EXPECT_EQ(io::parseCloud("a.xyz", mark + "1 2 3\n4 5 6\n").points->size(), 2U);
+  EXPECT_EQ(io::parseCloud("a.csv", mark + "x,y,z\n1,2,3\n").points->size(), 1U);
+  EXPECT_EQ(io::parseCloud("a.csv", mark + "# x,y,z\n1,2,3\n").points->size(), 1U);
+  EXPECT_THAT(errorOf("a.xyz", "1 2 3\n" + mark + "4 5 6\n"), HasSubstr("a.xyz:2: "));
+  EXPECT_THAT(errorOf("a.xyz", mark + mark + "1 2 3\n"), HasSubstr("a.xyz:1: "));
+  const TemporaryFolder folder;
+  io::writeTransform(folder.file("T.txt"), Eigen::Isometry3d::Identity());
+  io::writeFile(folder.file("T.txt"), mark + io::readFile(folder.file("T.txt")));
+  EXPECT_TRUE(io::readTransform(folder.file("T.txt")).isApprox(Eigen::Isometry3d::Identity()));
+}
+
 TEST(Xyz, errorsNameFileLineAndValue)
 {
   EXPECT_EQ(errorOf("a.xyz", "1 2 3\n1 abc 3\n"), "a.xyz:2: column 2: 'abc' is not a number");
@@ -135,6 +160,9 @@ TEST(Xyz, errorsNameFileLineAndValue)
   EXPECT_EQ(errorOf("a.xyz", ""), "a.xyz: is empty");
   EXPECT_EQ(errorOf("a.xyz", "# nothing\n"), "a.xyz: holds no points");
   EXPECT_THAT(errorOf("a.xyz", "1,5;2,5;3,5\n"), HasSubstr("decimal commas"));
+  EXPECT_THAT(errorOf("a.xyz", "# x y z\n0,72 0,00 -1,25\n"),
+              AllOf(HasSubstr("a.xyz:2: "), HasSubstr("decimal commas")));
+  EXPECT_THAT(errorOf("a.csv", "x y z i\n0,72\t2\t-1,25\t+3\n"), HasSubstr("a.csv:2: "));
   EXPECT_THAT(errorOf("a.xyz", std::string("\x7f\x45\x4c\x46\0\0\n\0", 8)), HasSubstr("a.xyz:1: neither numbers nor"));
 }
 
@@ -415,6 +443,61 @@ TEST(Files, whatCannotBeReadIsNamed)
   if (std::filesystem::exists("/dev/full")) {
     EXPECT_THROW(io::writeFile("/dev/full", std::string(100000, 'x')), io::IoError);
   }
+}
+
+TEST(Files, areCompleteOrAsTheyWere)
+{
+  const TemporaryFolder folder;
+  const auto names = [&folder] {
+    std::vector<std::string> found;
+    for (const auto& entry : std::filesystem::directory_iterator(folder.file("")))
+      found.push_back(entry.path().filename().string());
+    std::sort(found.begin(), found.end());
+    return found;
+  };
+  const std::string path = folder.file("a.txt");
+  io::writeFile(path, "first");
+  std::filesystem::permissions(path, std::filesystem::perms(0640));
+  {
+    io::OutputFile file(path);
+    file.write("half of the sec");
+    EXPECT_EQ(names().size(), 2U) << "it is written next to it";
+  }
+  EXPECT_EQ(io::readFile(path), "first");
+  EXPECT_THAT(names(), ElementsAre("a.txt"));
+  std::filesystem::create_symlink("a.txt", folder.file("link.txt"));
+  io::writeFile(folder.file("link.txt"), "second");
+  EXPECT_TRUE(std::filesystem::is_symlink(folder.file("link.txt")));
+  EXPECT_EQ(io::readFile(path), "second");
+  EXPECT_EQ(std::filesystem::status(path).permissions(), std::filesystem::perms(0640));
+  EXPECT_THAT(names(), ElementsAre("a.txt", "link.txt"));
+  // As on a disk that gets full: the system cuts files at a size.
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
+  std::signal(SIGXFSZ, SIG_IGN);
+  const rlimit small{4096, before.rlim_max};
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
+  EXPECT_THROW(io::writeFile(path, std::string(100000, 'x')), io::IoError);
+  setrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, SIG_DFL);
+  EXPECT_EQ(io::readFile(path), "second");
+  EXPECT_THAT(names(), ElementsAre("a.txt", "link.txt"));
+}
+
+TEST(Files, identityIsThatOfTheFile)
+{
+  const TemporaryFolder folder;
+  const std::string path = folder.file("a.txt");
+  EXPECT_EQ(io::fileIdentity(path), io::fileIdentity(folder.file("./a.txt"))) << "it is not there yet";
+  EXPECT_NE(io::fileIdentity(path), io::fileIdentity(folder.file("b.txt")));
+  io::writeFile(path, "a");
+  std::filesystem::create_hard_link(path, folder.file("hard.txt"));
+  std::filesystem::create_symlink(path, folder.file("soft.txt"));
+  io::writeFile(folder.file("b.txt"), "a");
+  EXPECT_EQ(io::fileIdentity(path), io::fileIdentity(folder.file("hard.txt")));
+  EXPECT_EQ(io::fileIdentity(path), io::fileIdentity(folder.file("soft.txt")));
+  EXPECT_NE(io::fileIdentity(path), io::fileIdentity(folder.file("b.txt")));
+  EXPECT_EQ(io::fileIdentity("/dev/null"), "");
 }
 
 TEST(Transforms, readBackToTheSameBits)

@@ -187,7 +187,7 @@ TEST_F(MapProgram, placesAFolderAndWritesEverything)
   EXPECT_TRUE(std::filesystem::exists(out() + "/poses.tum"));
   const io::LoadedCloud merged = io::loadCloud(out("all.ply"));
   EXPECT_GT(merged.points->size(), 1000U);
-  EXPECT_THAT(result.out, IsEmpty());
+  EXPECT_THAT(result.out, StartsWith("4 scans, 4 placed")) << "--json FILE is one more file";
   // What was written is read as approximate poses.
   const Outcome again = run("'" + scans() + "' --out '" + out("second") + "' --poses '" + out() +
                             "/poses.csv' --pose-tolerance 5,0.5 --json -");
@@ -474,6 +474,127 @@ TEST_F(MapProgram, scansAreWrittenWithTheirPoses)
   }
 }
 
+TEST_F(MapProgram, noOutputReplacesAnotherOne)
+{
+  std::filesystem::create_directories(out("in"));
+  for (const char* name : {"s0.pcd", "s1.pcd"})
+    std::filesystem::copy(scans() + "/" + name, out("in"));
+  std::filesystem::create_hard_link(out("in") + "/s0.pcd", out("linked.pcd"));
+  const std::string begin = "'" + out("in") + "' --out '" + out() + "' ";
+  const struct {
+    std::string arguments;
+    const char* text;
+  } cases[] = {
+      {"--json '" + out() + "/map.sqlite'", "/map.sqlite is a file of the map"},
+      {"--json '" + out() + "/../map/poses.csv'", "/poses.csv is a file of the map"},
+      {"--merged '" + out("linked.pcd") + "'", "linked.pcd would replace the scan "},
+      {"--merged '" + out("x.pcd") + "' --json '" + out("x.pcd") + "'", "/x.pcd is also that of --merged"},
+      {"--pcd '" + out("copies") + "' --merged '" + out("copies") + "/s1.pcd'", "/s1.pcd is also that of --merged"},
+      {"--truth '" + folder_->file("poses.txt") + "' --json '" + folder_->file("poses.txt") + "'", "but is read"},
+  };
+  for (const auto& c : cases)
+    for (const char* folder : {"none", "made"}) {
+      if (std::string(folder) == "made")
+        std::filesystem::create_directories(out());
+      const Outcome result = run(begin + c.arguments);
+      EXPECT_EQ(result.code, 2) << c.arguments;
+      EXPECT_THAT(result.err, HasSubstr(c.text));
+      EXPECT_FALSE(std::filesystem::exists(out() + "/map.sqlite"));
+      std::filesystem::remove_all(out());
+    }
+  // The same where the map is there already.
+  ASSERT_EQ(run(begin).code, 0);
+  const std::string bytes = io::readFile(out() + "/map.sqlite");
+  for (const auto& c : cases)
+    EXPECT_EQ(run(begin + "--resume " + c.arguments).code, 2) << c.arguments;
+  EXPECT_EQ(io::readFile(out() + "/map.sqlite"), bytes);
+}
+
+TEST_F(MapProgram, copiesSayWhereTheSensorWasFound)
+{
+  // In a national grid, in a format that says nothing of the sensor.
+  std::filesystem::create_directories(out("in"));
+  const Eigen::Vector3d sensor(2600000.5, 1200000.25, 450);
+  for (const char* name : {"s0", "s1"})
+    io::saveMovedCloud(out("in") + "/" + name + ".ply",
+                       io::loadCloud(scans() + "/" + name + ".pcd"),
+                       Eigen::Isometry3d(Eigen::Translation3d(sensor)));
+  const Outcome result = run("'" + out("in") + "' --out '" + out() + "' --pcd '" + out("copies") + "'");
+  ASSERT_EQ(result.code, 0) << result.err;
+  const auto poses = apps::readPoses(out() + "/poses.csv");
+  for (const std::string name : {"s0", "s1"}) {
+    const io::LoadedCloud copy = io::loadCloud(out("copies") + "/" + name + ".pcd");
+    ASSERT_TRUE(copy.viewpoint);
+    EXPECT_LT((*copy.viewpoint - poses.at(name + ".ply") * sensor).norm(), 0.3) << name;
+  }
+}
+
+TEST_F(MapProgram, copiesReplaceCopiesOnly)
+{
+  const std::string mine = out("copies") + "/s3.pcd";
+  std::filesystem::create_directories(out("copies"));
+  const std::string begin = "'" + scans() + "' --out '" + out() + "' --pcd '" + out("copies") + "'";
+  const auto expectRefusal = [&] {
+    const Outcome refused = run(begin);
+    EXPECT_EQ(refused.code, 3);
+    EXPECT_THAT(refused.err, HasSubstr(mine + ": is there already, and ssfr_map --pcd did not write it"));
+    EXPECT_FALSE(std::filesystem::exists(out() + "/map.sqlite")) << "the work did not begin";
+  };
+  // A PCD file of this project is not a copy in a map either.
+  io::saveMovedCloud(mine, io::loadCloud(scans() + "/s3.pcd"), Eigen::Isometry3d::Identity());
+  const std::string bytes = io::readFile(mine);
+  expectRefusal();
+  EXPECT_EQ(io::readFile(mine), bytes);
+  std::filesystem::remove(mine);
+  std::filesystem::create_symlink("nowhere.pcd", mine);
+  expectRefusal();
+  // One that came while the program worked.
+  std::filesystem::remove(mine);
+  std::vector<apps::MapInputFile> files{{scans() + "/s3.pcd", "s3.pcd"}};
+  MultiwayMap map;
+  map.scans.resize(1);
+  map.scans[0].component = 1;
+  apps::CloudOutputs outputs;
+  outputs.pcd = out("copies");
+  apps::checkOutputs(outputs, files);
+  io::writeFile(mine, bytes);
+  EXPECT_THROW(apps::writeClouds(outputs, files, map, {}, {}, [](std::size_t, std::size_t) {}), io::IoError);
+  EXPECT_EQ(io::readFile(mine), bytes);
+}
+
+TEST(MapFiles, tumKeepsMillimetresOfANationalGrid)
+{
+  MultiwayMap map;
+  map.scans.resize(1);
+  map.scans[0].component = 0;
+  const Eigen::Vector3d scan(2600000.123, 1200000.456, 450.789); // both frames are that of the grid
+  const Eigen::Isometry3d truth = Eigen::Translation3d(scan) *
+                                  Eigen::AngleAxisd(1.234, Eigen::Vector3d(1, 2, 3).normalized()) *
+                                  Eigen::Translation3d(-scan);
+  map.scans[0].T_map_scan = truth;
+  std::istringstream text(apps::posesTum(map));
+  std::string comment;
+  std::getline(text, comment);
+  std::size_t number = 7;
+  Eigen::Vector3d t;
+  Eigen::Quaterniond q;
+  text >> number >> t.x() >> t.y() >> t.z() >> q.x() >> q.y() >> q.z() >> q.w();
+  EXPECT_EQ(number, 0U);
+  const Eigen::Isometry3d read = Eigen::Translation3d(t) * q.normalized();
+  EXPECT_LT((read * scan - truth * scan).norm(), 1e-6);
+}
+
+TEST(MapClouds, mergedByTheExtensionInAnyCase)
+{
+  TemporaryFolder folder;
+  for (const char* name : {"x.Pcd", "x.PLY"}) {
+    apps::MergedCloud merged(folder.file(name), 0, false);
+    merged.add(io::parseCloud("a.xyz", "1 2 3\n4 5 6\n"), Eigen::Isometry3d::Identity(), 0);
+    EXPECT_EQ(merged.finish(), 2U);
+    EXPECT_EQ(io::loadCloud(folder.file(name)).points->size(), 2U);
+  }
+}
+
 TEST(MapClouds, names)
 {
   const auto named = [](const std::vector<std::string>& names) {
@@ -715,6 +836,16 @@ TEST(MapOptions, whichPairsAreLinked)
   EXPECT_EQ(rule({"--pairs", "auto"}), PairRule::Auto);
   EXPECT_EQ(rule({"--pairs", "all"}), PairRule::All);
   EXPECT_EQ(rule({"--pairs", "candidates"}), PairRule::Candidates);
+}
+
+TEST(PoseList, aByteOrderMarkIsNoPartOfTheFirstName)
+{
+  const TemporaryFolder folder;
+  const std::string mark = "\xEF\xBB\xBF";
+  io::writeFile(folder.file("p.txt"), mark + "a.pcd 1 2 3 0 0 0 1\nb.pcd 1 2 3 0 0 0 1\n");
+  EXPECT_EQ(apps::readPoses(folder.file("p.txt")).count("a.pcd"), 1U);
+  io::writeFile(folder.file("control.csv"), mark + "scan,x,y,z\na,0,0,0\nb,9,0,0\nc,0,9,0\n");
+  EXPECT_EQ(apps::readControl(folder.file("control.csv")).size(), 3U);
 }
 
 TEST(PoseList, bothFormatsAndWhatIsWrongInThem)

@@ -7,6 +7,7 @@
 #include <apps/io/file_bytes.h>
 #include <apps/io/loaded_cloud.h>
 #include <apps/simulation/paper_sets.h>
+#include <apps/simulation/sensor_model.h>
 #include <apps/simulation/simulate_options.h>
 
 #include <io_testing.h>
@@ -395,6 +396,30 @@ TEST_F(SimulateProgram, everyErrorIsOneLineAndLeavesNothing)
     EXPECT_THAT(result.errors, AllOf(StartsWith("ssfr_simulate: "), HasSubstr(c.named))) << c.arguments;
     EXPECT_EQ(std::count(result.errors.begin(), result.errors.end(), '\n'), 1) << result.errors;
     EXPECT_THAT(leftOver(), ::testing::ElementsAre("files")) << c.arguments;
+  }
+}
+
+TEST_F(SimulateProgram, aScanOfNothingIsAnError)
+{
+  std::filesystem::create_directory(folder_.file("files"));
+  struct Case {
+    const char* field;
+    double value;
+    int code;
+    const char* named;
+  };
+  for (const Case& c : {Case{"mount_height_m", 20, 2, "scan 0: nothing returns to "},
+                        Case{"max_range_m", 0.6, 2, "scan 0: nothing returns to "},
+                        Case{"mount_height_m", -1, 3, "mount_height_m is -1"}}) {
+    auto sensor = nlohmann::json::parse(simulation::formatSensor(simulation::makeSensor("velodyne_vlp16")));
+    nlohmann::json& owner = sensor.contains(c.field) ? sensor : sensor["range"];
+    owner[c.field] = c.value;
+    io::writeFile(folder_.file("files/sensor.json"), sensor.dump());
+    const Outcome result = run("--scene apartment --scans 2 --sensor " + folder_.file("files/sensor.json") + " --out " +
+                               folder_.file("set") + " --quiet");
+    EXPECT_EQ(result.code, c.code) << c.field;
+    EXPECT_THAT(result.errors, HasSubstr(c.named));
+    EXPECT_THAT(leftOver(), ::testing::ElementsAre("files"));
   }
 }
 

@@ -20,6 +20,7 @@
 #include <sys/wait.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
@@ -271,6 +272,28 @@ TEST_F(ViewProgram, helpAndVersion)
        {"--png", "--window", "--screenshot", "--candidate", "--truth", "--pair", "--perturb", "--method", "--leaf"})
     EXPECT_THAT(help.output, HasSubstr(option));
   EXPECT_THAT(run("--version").output, StartsWith("ssfr_view "));
+}
+
+TEST_F(ViewProgram, distancesAreThoseOfSsfrAlign)
+{
+  // In a frame of the site: a small rotation about its origin would be many metres.
+  const Eigen::Vector3d place(900, 500, 0);
+  std::string scans;
+  for (const char* name : {"/hall_1", "/hall_0"}) {
+    const std::string file = folder_.file(std::string(name).substr(1) + ".ply");
+    io::saveMovedCloud(file, io::loadCloud(kData + name + ".pcd"), Eigen::Isometry3d(Eigen::Translation3d(place)));
+    scans += " " + file;
+  }
+  ASSERT_EQ(runAny(PCL_SSFR_ALIGN, scans + " --json " + folder_.file("off.json")).code, 0);
+  const auto json = nlohmann::json::parse(io::readFile(folder_.file("off.json")));
+  const Eigen::Vector3d sensor(json["source_viewpoint_m"].get<std::array<double, 3>>().data());
+  EXPECT_LT((sensor - place).norm(), 1);
+  for (const std::vector<std::string>& inputs :
+       {std::vector<std::string>{folder_.file("off.json")},
+        std::vector<std::string>{folder_.file("hall_1.ply"), folder_.file("hall_0.ply")}}) {
+    const apps::ViewRun run = apps::loadRun(apps::parseViewArguments(inputs));
+    EXPECT_LT((run.reference - sensor).norm(), 1e-6) << inputs.front();
+  }
 }
 
 TEST_F(ViewProgram, everyErrorIsOneLineThatNamesTheThing)

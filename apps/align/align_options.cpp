@@ -10,7 +10,6 @@
 #include <apps/methods/method_options.h>
 #include <apps/methods/method_run.h>
 
-#include <filesystem>
 #include <sstream>
 #include <system_error>
 #include <utility>
@@ -52,7 +51,6 @@ describeOptions()
 void
 checkFiles(const AlignArguments& arguments)
 {
-  namespace fs = std::filesystem;
   const std::pair<const char*, std::string> named[] = {{"SOURCE", arguments.source},
                                                        {"TARGET", arguments.target},
                                                        {"--guess", arguments.guess_file},
@@ -60,18 +58,15 @@ checkFiles(const AlignArguments& arguments)
                                                        {"--transform", arguments.transform},
                                                        {"--json", arguments.json == "-" ? "" : arguments.json}};
   constexpr std::size_t kFirstResult = 3;
-  const auto canonical = [](const std::string& scan) {
-    std::error_code none;
-    const std::string file = io::fileOfScan(scan);
-    return fs::weakly_canonical(fs::absolute(file, none), none);
+  const auto identity = [](const std::string& scan) {
+    return scan.empty() ? scan : io::fileIdentity(io::fileOfScan(scan));
   };
   for (std::size_t i = kFirstResult; i < std::size(named); ++i)
     for (std::size_t k = 0; k < i; ++k) {
-      const std::string& file = named[i].second;
-      std::error_code none;
-      const bool is_other = fs::exists(file, none) && !fs::is_regular_file(file, none);
-      if (!file.empty() && !named[k].second.empty() && !is_other && canonical(file) == canonical(named[k].second))
-        throw UsageError(std::string(named[i].first) + ": " + io::inQuotes(file) + " is also " + named[k].first);
+      const std::string file = identity(named[i].second);
+      if (!file.empty() && file == identity(named[k].second))
+        throw UsageError(std::string(named[i].first) + ": " + io::inQuotes(named[i].second) + " is also " +
+                         named[k].first);
     }
 }
 

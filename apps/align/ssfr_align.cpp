@@ -76,11 +76,17 @@ run(const std::vector<std::string>& tokens)
   }
   apps::warnOfUnread(arguments, "ssfr_align", std::cerr);
   const auto start = std::chrono::steady_clock::now();
-  const io::LoadedCloud source = io::loadCloud(arguments.source);
-  const io::LoadedCloud target = io::loadCloud(arguments.target);
+  io::LoadedCloud source = io::loadCloud(arguments.source);
+  io::LoadedCloud target = io::loadCloud(arguments.target);
   const std::chrono::duration<double> loading = std::chrono::steady_clock::now() - start;
   apps::Report report = align(arguments, source, target);
   report.loading_seconds = loading.count();
+  // A sensor that was found goes before what the file says, in what is written and drawn too.
+  const apps::FoundSensors found(report.run.result);
+  if (found.source)
+    source.viewpoint = found.source;
+  if (found.target)
+    target.viewpoint = found.target;
   write(arguments, source, target, report);
   return report.run.result.accepted() ? kAligned : kNotAligned;
 }

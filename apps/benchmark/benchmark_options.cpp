@@ -55,8 +55,9 @@ describeOptions()
       ("seed", text("S"), "of all random numbers (default: 1)")
       ("resolution", text("R1,R2,..."), "thin both scans to this spacing [m], one run each; 0: as they are")
       ("noise", text("S1,S2,..."), "add Gaussian noise of this size to the source [m]")
-      ("overlap", text("F1,F2,..."), "cut the target until only this share of the source has a counterpart, 0 to 1")
-      ("outliers", text("F1,F2,..."), "replace this share of the source by uniform noise, 0 to 1")
+      ("overlap", text("F1,F2,..."), "cut the target until only this share of the source has a counterpart, below 1; "
+       "0: as it is")
+      ("outliers", text("F1,F2,..."), "replace this share of the source by uniform noise, from 0 to below 1")
       ("origin-offset", text("M"), "move both origins this far from the sensors, which is not reported to any method [m]")
       ("merge-target",
        "lay the source of another pair into each target, which has no single viewpoint then; pairs without such are left "

@@ -3,6 +3,7 @@
 
 #include <apps/benchmark/progress.h>
 
+#include <apps/common/format_text.h>
 #include <apps/common/seconds_since.h>
 
 #include <algorithm>
@@ -36,6 +37,20 @@ duration(double seconds)
 
 } // namespace
 
+std::string
+describeOutcome(const ResultRow& row)
+{
+  const bool none_is_right = row.variation.mirror_source || row.variation.pairs_from == PairsFrom::Unrelated;
+  const bool is_unknown = none_is_right || (row.T_target_source && !row.truth);
+  const char* verdict = is_unknown ? (row.converged ? "accepted" : "not accepted") : (row.success ? "right" : "wrong");
+  std::string text = std::string(verdict) + ", " + row.status + ", ";
+  if (!row.T_target_source)
+    return text + "no pose";
+  if (is_unknown)
+    return text + (none_is_right ? "no pose is right" : "the true pose is not known");
+  return text + format("%.3f deg, %.3f m", row.rotation_error_deg, row.translation_error_m);
+}
+
 Progress::Progress(std::size_t total, std::size_t kept)
     : terminal_(isatty(STDERR_FILENO) == 1), total_(total), start_(Clock::now()), shown_(start_)
 {
@@ -48,12 +63,9 @@ Progress::add(const ResultRow& row)
   ++done_;
   if (terminal_)
     return show();
-  char error[80] = "no pose";
-  if (row.T_target_source)
-    std::snprintf(error, sizeof(error), "%.3f deg, %.3f m", row.rotation_error_deg, row.translation_error_m);
   std::fprintf(
       stderr,
-      "%zu/%zu %s %s->%s%s%s %s: %s, %s, %s, %.2f s; %s left\n",
+      "%zu/%zu %s %s->%s%s%s %s: %s, %.2f s; %s left\n",
       done_,
       total_,
       row.dataset.c_str(),
@@ -62,9 +74,7 @@ Progress::add(const ResultRow& row)
       describeVariation(row.variation) == "as it is" ? "" : " ",
       describeVariation(row.variation) == "as it is" ? "" : ("(" + describeVariation(row.variation) + ")").c_str(),
       row.method.c_str(),
-      row.success ? "right" : "wrong",
-      row.status.c_str(),
-      error,
+      describeOutcome(row).c_str(),
       row.time_s,
       duration(secondsSince(start_) / static_cast<double>(done_) * static_cast<double>(total_ - done_)).c_str());
 }

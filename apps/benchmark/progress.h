@@ -7,9 +7,14 @@
 
 #include <chrono>
 #include <cstddef>
+#include <string>
 
 namespace pcl_ssfr {
 namespace apps {
+
+/// A result in words: "right, converged, 0.012 deg, 0.004 m"; "not accepted, low_overlap, no pose is right".
+std::string
+describeOutcome(const ResultRow& row);
 
 /// Says how far a run is, on the standard error: one line that moves on a terminal, a line a result in a log.
 class Progress {

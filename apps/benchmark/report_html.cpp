@@ -479,12 +479,7 @@ void
 writeReport(const std::string& folder, const BenchmarkResults& results, const ReportPictures& pictures)
 {
   const std::string path = (std::filesystem::path(folder) / "report.html").string();
-  const std::string fresh = path + ".new"; // whoever reads the old one, or stops us, finds a complete page
-  io::writeFile(fresh, reportHtml(results, pictures));
-  std::error_code error;
-  std::filesystem::rename(fresh, path, error);
-  if (error)
-    throw io::IoError(path + ": cannot be written: " + error.message());
+  io::writeFile(path, reportHtml(results, pictures));
 }
 
 } // namespace apps

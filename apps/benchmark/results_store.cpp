@@ -60,18 +60,6 @@ systemMessage()
   return std::strerror(errno);
 }
 
-/// Replace a file by a complete one, or leave it as it is.
-void
-replaceFile(const std::string& path, const std::string& content)
-{
-  const std::string fresh = path + ".new";
-  io::writeFile(fresh, content);
-  std::error_code error;
-  fs::rename(fresh, path, error);
-  if (error)
-    throw IoError(path + ": cannot be written: " + error.message());
-}
-
 std::string
 candidatesFile(const std::string& folder)
 {
@@ -182,7 +170,7 @@ ResultsStore::checkSettings(const Json& settings, bool resume)
           settings_[key][entry] = value;
     }
   }
-  replaceFile(path, settings_.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+  io::writeFile(path, settings_.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
 }
 
 void

@@ -5,6 +5,7 @@
 
 #include "common/angles.h"
 
+#include <apps/io/file_bytes.h>
 #include <apps/io/io_error.h>
 
 #include <array>
@@ -117,9 +118,15 @@ drawDot(cairo_t* context, double x, double y, double radius, const Colour& colou
 void
 writePng(const std::string& path, const SurfacePtr& picture)
 {
-  const cairo_status_t status = cairo_surface_write_to_png(picture.get(), path.c_str());
+  std::string png;
+  const auto append = [](void* to, const unsigned char* bytes, unsigned int count) {
+    static_cast<std::string*>(to)->append(reinterpret_cast<const char*>(bytes), count);
+    return CAIRO_STATUS_SUCCESS;
+  };
+  const cairo_status_t status = cairo_surface_write_to_png_stream(picture.get(), append, &png);
   if (status != CAIRO_STATUS_SUCCESS)
     throw io::IoError(path + ": cannot be written: " + cairo_status_to_string(status));
+  io::writeFile(path, png);
 }
 
 } // namespace apps

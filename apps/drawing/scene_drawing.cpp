@@ -122,8 +122,11 @@ straighten(const PicturePoints& thinned)
       u.push_back(c * thinned[i].x() - s * thinned[i].y());
       v.push_back(s * thinned[i].x() + c * thinned[i].y());
     }
-    const Range range = united(trimmedRange(u), trimmedRange(v));
-    const double sharpness = sumOfSquares(histogramOf(u, range, kBins)) + sumOfSquares(histogramOf(v, range, kBins));
+    // Bins are equally wide along both axes, and each axis has its own: a scan may lie far from its origin.
+    const Range along_u = trimmedRange(u), along_v = trimmedRange(v);
+    const double width = std::max(along_u.size(), along_v.size());
+    const double sharpness = sumOfSquares(histogramOf(u, {along_u.low, along_u.low + width}, kBins)) +
+                             sumOfSquares(histogramOf(v, {along_v.low, along_v.low + width}, kBins));
     // A picture that is nearly straight already is left as it is.
     if (sharpness > best * (step == 0 ? 1 : 1.02)) {
       best = sharpness;
@@ -275,7 +278,8 @@ ScanLayer
 makeScanLayer(const io::LoadedCloud& cloud,
               const Eigen::Isometry3d& T_picture_cloud,
               const Colour& colour,
-              std::string label)
+              std::string label,
+              const std::optional<Eigen::Vector3d>& sensor)
 {
   ScanLayer layer;
   layer.colour = colour;
@@ -285,8 +289,9 @@ makeScanLayer(const io::LoadedCloud& cloud,
     if (point.getVector3fMap().allFinite())
       layer.points.push_back((T_picture_cloud * point.getVector3fMap().cast<double>()).cast<float>());
   layer.thinned = thin(layer.points);
-  if (cloud.viewpoint || cloud.offset.isZero(0))
-    layer.sensor = (T_picture_cloud * (cloud.viewpoint.value_or(Eigen::Vector3d::Zero()) - cloud.offset)).cast<float>();
+  const std::optional<Eigen::Vector3d>& known = sensor ? sensor : cloud.viewpoint;
+  if (known || cloud.offset.isZero(0))
+    layer.sensor = (T_picture_cloud * (known.value_or(Eigen::Vector3d::Zero()) - cloud.offset)).cast<float>();
   return layer;
 }
 

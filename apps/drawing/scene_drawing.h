@@ -86,12 +86,16 @@ struct ViewLimits {
 Eigen::Isometry3d
 pictureFrame(const io::LoadedCloud& target, const Eigen::Vector3d& up);
 
-/// A scan moved into the frame of the picture; \p T_picture_cloud takes its points without the offset.
+/** \brief A scan moved into the frame of the picture.
+ * \param[in] T_picture_cloud takes the points of the cloud without the offset
+ * \param[in] sensor where the sensor is, in file coordinates [m]; nothing: where the cloud says
+ */
 ScanLayer
 makeScanLayer(const io::LoadedCloud& cloud,
               const Eigen::Isometry3d& T_picture_cloud,
               const Colour& colour,
-              std::string label);
+              std::string label,
+              const std::optional<Eigen::Vector3d>& sensor = std::nullopt);
 
 /** \brief Views that show all layers; what is far off, the floor and the ceiling of the first are cut away. */
 SceneViews

@@ -173,17 +173,9 @@ E57PageReader::readXml()
   return xml;
 }
 
-E57PageWriter::E57PageWriter(const std::string& path) : path_(path), file_(std::fopen(path.c_str(), "w+b"))
+E57PageWriter::E57PageWriter(const std::string& path) : file_(path)
 {
-  if (!file_)
-    throw IoError(path + ": cannot be created: " + std::strerror(errno));
   append(std::string(kE57HeaderBytes, '\0'));
-}
-
-void
-E57PageWriter::fail() const
-{
-  throw IoError(path_ + ": cannot be written: " + std::strerror(errno));
 }
 
 std::uint64_t
@@ -196,8 +188,7 @@ void
 E57PageWriter::flushPage()
 {
   sealE57Page(page_.data(), page_.size());
-  if (std::fwrite(page_.data(), 1, page_.size(), file_.get()) != page_.size())
-    fail();
+  file_.write({page_.data(), page_.size()});
   page_.fill('\0');
 }
 
@@ -235,13 +226,15 @@ E57PageWriter::patch(std::uint64_t at, std::string_view bytes)
     else {
       std::array<char, kE57WrittenPage> old{};
       const auto place = static_cast<off_t>(page * kE57WrittenPage);
-      if (fseeko(file_.get(), place, SEEK_SET) != 0 ||
-          std::fread(old.data(), 1, old.size(), file_.get()) != old.size() || fseeko(file_.get(), place, SEEK_SET) != 0)
-        fail();
+      std::FILE* file = file_.stream();
+      if (fseeko(file, place, SEEK_SET) != 0 || std::fread(old.data(), 1, old.size(), file) != old.size() ||
+          fseeko(file, place, SEEK_SET) != 0)
+        file_.fail();
       bytes.copy(old.data() + within, piece);
       sealE57Page(old.data(), old.size());
-      if (std::fwrite(old.data(), 1, old.size(), file_.get()) != old.size() || fseeko(file_.get(), 0, SEEK_END) != 0)
-        fail();
+      file_.write({old.data(), old.size()});
+      if (fseeko(file, 0, SEEK_END) != 0)
+        file_.fail();
     }
     bytes.remove_prefix(piece);
     at += piece;
@@ -265,8 +258,7 @@ E57PageWriter::finish(std::string_view xml)
   header.append(viewOf(major)).append(viewOf(minor)).append(viewOf(length));
   header.append(viewOf(xml_at)).append(viewOf(xml_length)).append(viewOf(page_size));
   patch(0, header);
-  if (std::fclose(file_.release()) != 0)
-    fail();
+  file_.finish();
 }
 
 } // namespace io

@@ -4,11 +4,10 @@
 #pragma once
 
 #include <apps/io/file_bytes.h>
+#include <apps/io/output_file.h>
 
 #include <array>
 #include <cstdint>
-#include <cstdio>
-#include <memory>
 #include <string>
 #include <string_view>
 
@@ -113,20 +112,10 @@ public:
   finish(std::string_view xml);
 
 private:
-  struct Closer {
-    void
-    operator()(std::FILE* file) const
-    {
-      std::fclose(file);
-    }
-  };
   void
   flushPage();
-  [[noreturn]] void
-  fail() const;
 
-  std::string path_;
-  std::unique_ptr<std::FILE, Closer> file_;
+  OutputFile file_;
   std::array<char, kE57WrittenPage> page_{}; ///< the last page, not yet written
   std::uint64_t position_ = 0;
 };

@@ -3,6 +3,8 @@
 
 #include <apps/io/file_bytes.h>
 
+#include <apps/io/output_file.h>
+
 #include <algorithm>
 #include <cerrno>
 #include <cstdio>
@@ -10,6 +12,7 @@
 #include <memory>
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 namespace pcl_ssfr {
@@ -69,6 +72,16 @@ readFile(const std::string& path)
 }
 
 std::string
+fileIdentity(const std::string& path)
+{
+  struct stat info {};
+  if (::stat(path.c_str(), &info) == 0)
+    return S_ISREG(info.st_mode) ? std::to_string(info.st_dev) + ":" + std::to_string(info.st_ino) : std::string();
+  std::error_code error;
+  return std::filesystem::weakly_canonical(std::filesystem::absolute(path, error), error).string();
+}
+
+std::string
 ByteSource::first(std::uint64_t count) const
 {
   std::string bytes(static_cast<std::size_t>(std::min(count, size())), '\0');
@@ -119,14 +132,10 @@ writeFile(const std::string& path, std::string_view content)
 void
 writeFile(const std::string& path, std::initializer_list<std::string_view> parts)
 {
-  FilePtr file(std::fopen(path.c_str(), "wb"));
-  if (!file)
-    throw IoError(path + ": cannot be created: " + systemMessage());
-  bool written = true;
+  OutputFile file(path);
   for (const std::string_view part : parts)
-    written = written && std::fwrite(part.data(), 1, part.size(), file.get()) == part.size();
-  if (!written || std::fclose(file.release()) != 0)
-    throw IoError(path + ": cannot be written: " + systemMessage());
+    file.write(part);
+  file.finish();
 }
 
 } // namespace io

@@ -21,7 +21,7 @@ std::string
 readFile(const std::string& path);
 
 /** \brief Replace the content of a file.
- * \throw IoError when it cannot be created or not be written completely.
+ * \throw IoError when it cannot be created or not be written completely: it is as before then (output_file.h).
  */
 void
 writeFile(const std::string& path, std::string_view content);
@@ -29,6 +29,11 @@ writeFile(const std::string& path, std::string_view content);
 /// The same with parts one after the other. \throw IoError
 void
 writeFile(const std::string& path, std::initializer_list<std::string_view> parts);
+
+/// The same text for all names of a file, hard links too, whether it is there or not; empty for what is no file, as
+/// /dev/null.
+std::string
+fileIdentity(const std::string& path);
 
 /// Bytes that are read piece by piece: a file larger than memory, or what is in memory already.
 class ByteSource {

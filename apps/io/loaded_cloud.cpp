@@ -31,20 +31,6 @@ using VectorFields = std::array<const Field*, 3>;
 
 constexpr const char* kE57 = ".e57";
 
-std::string
-extensionOf(const std::string& scan)
-{
-  const std::string path = fileOfScan(scan);
-  const std::size_t dot = path.find_last_of("./");
-  if (dot == std::string::npos || path[dot] == '/')
-    return {};
-  std::string extension = path.substr(dot);
-  std::transform(extension.begin(), extension.end(), extension.begin(), [](char c) {
-    return static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  });
-  return extension;
-}
-
 /// How files of an extension are read: whole, or block by block.
 struct Reader {
   const char* extension;
@@ -254,6 +240,20 @@ toScanPoints(const std::string& path, RawCloud raw)
 
 } // namespace
 
+std::string
+extensionOf(const std::string& scan)
+{
+  const std::string path = fileOfScan(scan);
+  const std::size_t dot = path.find_last_of("./");
+  if (dot == std::string::npos || path[dot] == '/')
+    return {};
+  std::string extension = path.substr(dot);
+  std::transform(extension.begin(), extension.end(), extension.begin(), [](char c) {
+    return static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  });
+  return extension;
+}
+
 const char*
 readableFormats()
 {
@@ -310,7 +310,10 @@ isWritableFormat(const std::string& path)
 }
 
 void
-saveMovedCloud(const std::string& path, const LoadedCloud& cloud, const Eigen::Isometry3d& T_target_source)
+saveMovedCloud(const std::string& path,
+               const LoadedCloud& cloud,
+               const Eigen::Isometry3d& T_target_source,
+               std::string_view pcd_comment)
 {
   if (!isWritableFormat(path))
     throw IoError(path + ": unknown format, the extension must be " + writableFormats());
@@ -324,9 +327,10 @@ saveMovedCloud(const std::string& path, const LoadedCloud& cloud, const Eigen::I
   const pcl::PCLPointCloud2 moved = moveTable(cloud.table, T_target_source);
   if (extensionOf(path) == ".ply")
     return writePly(path, moved);
-  const Eigen::Isometry3d sensor =
-      T_target_source * Eigen::Translation3d(cloud.viewpoint.value_or(Eigen::Vector3d::Zero()));
-  writePcd(path, moved, sensor);
+  Eigen::Isometry3d sensor = T_target_source * Eigen::Translation3d(cloud.viewpoint.value_or(Eigen::Vector3d::Zero()));
+  if (!cloud.viewpoint && !cloud.offset.isZero(0))
+    sensor.translation().setZero(); // the origin of a map, where no sensor was: nothing is known
+  writePcd(path, moved, sensor, pcd_comment);
 }
 
 } // namespace io

@@ -42,6 +42,10 @@ struct LoadedCloud {
 const char*
 readableFormats();
 
+/// The extension of the file of a scan, in lower case: ".pcd"; empty where it has none.
+std::string
+extensionOf(const std::string& scan);
+
 /// True when loadCloud knows the extension of this file, in any case of letters.
 bool
 isReadableFormat(const std::string& path);
@@ -110,10 +114,14 @@ isWritableFormat(const std::string& path);
  * E57 keeps points in the frame of the sensor and the motion as the pose of the scan (e57_writer.h). Else coordinates
  * are written as FLOAT64 when the file had them so or when the moved ones are large, else as FLOAT32.
  * \param[in] T_target_source maps file coordinates of the cloud to those of the target
+ * \param[in] pcd_comment as of writePcd(); other formats take none
  * \throw IoError
  */
 void
-saveMovedCloud(const std::string& path, const LoadedCloud& cloud, const Eigen::Isometry3d& T_target_source);
+saveMovedCloud(const std::string& path,
+               const LoadedCloud& cloud,
+               const Eigen::Isometry3d& T_target_source,
+               std::string_view pcd_comment = {});
 
 } // namespace io
 } // namespace pcl_ssfr

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <filesystem>
 #include <iomanip>
 #include <limits>
 #include <locale>
@@ -372,6 +373,16 @@ pcdType(std::uint8_t datatype)
   }
 }
 
+/// The first lines of a file that is written.
+std::string
+beginningOf(std::string_view comment)
+{
+  std::string text = "# .PCD v0.7 - Point Cloud Data file format\n";
+  if (!comment.empty())
+    text.append("# ").append(comment).append("\n");
+  return text;
+}
+
 } // namespace
 
 RawCloud
@@ -401,7 +412,10 @@ readPcd(const std::string& path, const ByteSource& source, FieldChoice fields)
 }
 
 void
-writePcd(const std::string& path, const pcl::PCLPointCloud2& table, const Eigen::Isometry3d& sensor)
+writePcd(const std::string& path,
+         const pcl::PCLPointCloud2& table,
+         const Eigen::Isometry3d& sensor,
+         std::string_view comment)
 {
   std::ostringstream names;
   std::ostringstream sizes;
@@ -421,12 +435,22 @@ writePcd(const std::string& path, const pcl::PCLPointCloud2& table, const Eigen:
   std::ostringstream header;
   header.imbue(std::locale::classic());
   header << std::setprecision(15);
-  header << "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS" << names.str() << "\nSIZE" << sizes.str()
-         << "\nTYPE" << types.str() << "\nCOUNT" << counts.str() << "\nWIDTH " << points << "\nHEIGHT 1\nVIEWPOINT "
-         << t.x() << ' ' << t.y() << ' ' << t.z() << ' ' << q.w() << ' ' << q.x() << ' ' << q.y() << ' ' << q.z()
-         << "\nPOINTS " << points << "\nDATA binary\n";
+  header << beginningOf(comment) << "VERSION 0.7\nFIELDS" << names.str() << "\nSIZE" << sizes.str() << "\nTYPE"
+         << types.str() << "\nCOUNT" << counts.str() << "\nWIDTH " << points << "\nHEIGHT 1\nVIEWPOINT " << t.x() << ' '
+         << t.y() << ' ' << t.z() << ' ' << q.w() << ' ' << q.x() << ' ' << q.y() << ' ' << q.z() << "\nPOINTS "
+         << points << "\nDATA binary\n";
   writeFile(path,
             {header.str(), std::string_view(reinterpret_cast<const char*>(table.data.data()), table.data.size())});
+}
+
+bool
+isPcdWithComment(const std::string& path, std::string_view comment)
+{
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error))
+    return false;
+  const std::string beginning = beginningOf(comment);
+  return FileBytes(path).first(beginning.size()) == beginning;
 }
 
 } // namespace io

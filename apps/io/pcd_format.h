@@ -10,6 +10,7 @@
 #include <Eigen/Geometry>
 
 #include <string>
+#include <string_view>
 
 namespace pcl_ssfr {
 namespace io {
@@ -24,10 +25,18 @@ readPcd(const std::string& path, const ByteSource& source, FieldChoice fields);
 
 /** \brief Write a binary PCD file.
  * \param[in] sensor where the sensor stands and its orientation, in the coordinates of the points.
+ * \param[in] comment one line of the header, empty: none
  * \throw IoError
  */
 void
-writePcd(const std::string& path, const pcl::PCLPointCloud2& table, const Eigen::Isometry3d& sensor);
+writePcd(const std::string& path,
+         const pcl::PCLPointCloud2& table,
+         const Eigen::Isometry3d& sensor,
+         std::string_view comment = {});
+
+/// Whether the file is a PCD file that writePcd() wrote with this comment; no for a file that is not there.
+bool
+isPcdWithComment(const std::string& path, std::string_view comment);
 
 } // namespace io
 } // namespace pcl_ssfr

@@ -197,6 +197,34 @@ pointCountLine(std::string_view line)
   return tokens.size() == 1 ? parseCount(tokens[0]) : std::nullopt;
 }
 
+/// Whether blanks separate the columns of a line, none has a point, and some have a comma between digits: "0,72 2
+/// -1,25".
+bool
+hasDecimalCommas(std::string_view line)
+{
+  constexpr std::string_view kBlanks = " \t";
+  constexpr std::string_view kDigits = "0123456789";
+  bool found = false;
+  std::size_t columns = 0;
+  while (true) {
+    line.remove_prefix(std::min(line.find_first_not_of(kBlanks), line.size()));
+    if (line.empty())
+      return found && columns >= 3;
+    std::string_view word = line.substr(0, line.find_first_of(kBlanks));
+    line.remove_prefix(word.size());
+    ++columns;
+    if (word.front() == '-' || word.front() == '+')
+      word.remove_prefix(1);
+    const std::size_t comma = word.find(',');
+    const std::string_view before = word.substr(0, comma);
+    const std::string_view after = comma == std::string_view::npos ? "0" : word.substr(comma + 1);
+    for (const std::string_view digits : {before, after})
+      if (digits.empty() || digits.find_first_not_of(kDigits) != std::string_view::npos)
+        return false;
+    found = found || comma != std::string_view::npos;
+  }
+}
+
 bool
 startsWithNumber(std::string_view line)
 {
@@ -252,6 +280,8 @@ readTextTable(const std::string& path, const ByteSource& source, FieldChoice fie
       continue;
     if (line.find(';') != std::string_view::npos && line.find(',') != std::string_view::npos)
       throw scanner.error("both ',' and ';' in one line: decimal commas are not supported");
+    if (!rows && hasDecimalCommas(line))
+      throw scanner.error(inQuotes(line) + " has commas within its columns: decimal commas are not supported");
     if (const auto count = declared ? pointCountLine(line) : std::nullopt; count && *count <= UINT32_MAX) {
       *declared += *count; // the next scan of a PTS file
       continue;

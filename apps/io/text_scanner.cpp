@@ -12,6 +12,7 @@ namespace io {
 namespace {
 
 constexpr std::string_view kSeparators = " \t,;\v\f";
+constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF"; ///< some programs begin UTF-8 with it
 constexpr std::uint64_t kMaxCount = std::uint64_t{1} << 53;
 constexpr std::uint64_t kHeaderWindow = 1U << 14; ///< nearly every header is shorter ... [bytes]
 constexpr std::uint64_t kNextWindow = 16;
@@ -127,6 +128,8 @@ TextScanner::next()
       ++end;
   while (end + 1 >= rest_.size() && readMore()); // the end of the line, and what may belong to it, or none is there
   line_ = rest_.substr(0, end);
+  if (number_ == 1 && line_.substr(0, kByteOrderMark.size()) == kByteOrderMark)
+    line_.remove_prefix(kByteOrderMark.size());
   if (end < rest_.size())
     end += rest_.substr(end, 2) == "\r\n" ? 2 : 1;
   rest_.remove_prefix(end);

@@ -17,7 +17,7 @@ namespace pcl_ssfr {
 namespace io {
 
 /** \brief Walks a text line by line and knows where it is, so that errors can say so.
- * Lines end in LF, CR LF or CR. The text outlives the scanner.
+ * Lines end in LF, CR LF or CR. A byte order mark of UTF-8 is skipped. The text outlives the scanner.
  */
 class TextScanner {
 public:

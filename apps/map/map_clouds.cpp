@@ -3,10 +3,9 @@
 
 #include <apps/map/map_clouds.h>
 
-#include <apps/common/usage_error.h>
-#include <apps/io/e57_format.h>
 #include <apps/io/e57_writer.h>
 #include <apps/io/loaded_cloud.h>
+#include <apps/io/pcd_format.h>
 #include <apps/map/merged_cloud.h>
 
 #include <algorithm>
@@ -27,6 +26,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kFarFromOrigin = 1e4; // [m] from which on a float is too coarse
+constexpr const char* kCopyMark = "written by ssfr_map --pcd, which may replace or remove it";
 
 } // namespace
 
@@ -55,15 +55,36 @@ scansToWrite(const MultiwayMap& map)
   return scans;
 }
 
+/// Only a copy of an earlier run may be replaced or removed. \throw io::IoError where another file is there
+void
+requireOwnCopy(const std::string& path)
+{
+  std::error_code error;
+  if (fs::exists(fs::symlink_status(path, error)) && !io::isPcdWithComment(path, kCopyMark))
+    throw io::IoError(path + ": is there already, and ssfr_map --pcd did not write it; take another folder");
+}
+
 /// A copy that an earlier run left of a scan that has no place now would lie about it.
 void
-removeStaleCopies(const std::string& folder, const std::vector<std::string>& copies, const MultiwayMap& map)
+removeStaleCopies(const std::vector<std::string>& copies, const MultiwayMap& map)
 {
+  for (const std::string& copy : copies)
+    requireOwnCopy(copy);
   for (std::size_t i = 0; i < copies.size(); ++i) {
     std::error_code error;
     if (!isWritten(map.scans[i]))
-      fs::remove(fs::path(folder) / copies[i], error);
+      fs::remove(copies[i], error);
   }
+}
+
+/// Paths of the PCD copies of all scans.
+std::vector<std::string>
+copyPaths(const std::string& folder, const std::vector<MapInputFile>& files)
+{
+  std::vector<std::string> paths = copyNames(files);
+  for (std::string& path : paths)
+    path = (fs::path(folder) / path).string();
+  return paths;
 }
 
 } // namespace
@@ -110,30 +131,33 @@ copyNames(const std::vector<MapInputFile>& files)
   return names;
 }
 
+std::vector<std::pair<const char*, std::string>>
+outputFiles(const CloudOutputs& outputs, const std::vector<MapInputFile>& files)
+{
+  std::vector<std::pair<const char*, std::string>> found;
+  if (!outputs.merged.empty())
+    found.emplace_back("--merged", outputs.merged);
+  if (!outputs.e57.empty())
+    found.emplace_back("--e57", outputs.e57);
+  if (!outputs.pcd.empty())
+    for (const std::string& copy : copyPaths(outputs.pcd, files))
+      found.emplace_back("--pcd", copy);
+  return found;
+}
+
 void
 checkOutputs(const CloudOutputs& outputs, const std::vector<MapInputFile>& files)
 {
-  std::map<std::string, std::string> scans; // by canonical path
   std::error_code error;
-  for (const MapInputFile& file : files)
-    scans[fs::weakly_canonical(io::fileOfScan(file.path), error).string()] = file.path;
-  const auto check = [&](const char* option, const std::string& path) {
-    const auto found = scans.find(fs::weakly_canonical(path, error).string());
-    if (found != scans.end())
-      throw UsageError(std::string(option) + ": " + path + " would replace the scan " + found->second);
+  if (!outputs.pcd.empty()) {
+    fs::create_directories(outputs.pcd, error);
+    if (!fs::is_directory(outputs.pcd))
+      throw io::IoError(outputs.pcd + ": the folder cannot be created" + (error ? ": " + error.message() : ""));
+    for (const std::string& copy : copyPaths(outputs.pcd, files))
+      requireOwnCopy(copy);
+  }
+  for (const auto& [option, path] : outputFiles(outputs, files))
     requireWritable(path);
-  };
-  if (!outputs.merged.empty())
-    check("--merged", outputs.merged);
-  if (!outputs.e57.empty())
-    check("--e57", outputs.e57);
-  if (outputs.pcd.empty())
-    return;
-  fs::create_directories(outputs.pcd, error);
-  if (!fs::is_directory(outputs.pcd))
-    throw io::IoError(outputs.pcd + ": the folder cannot be created" + (error ? ": " + error.message() : ""));
-  for (const std::string& name : copyNames(files))
-    check("--pcd", (fs::path(outputs.pcd) / name).string());
 }
 
 void
@@ -141,11 +165,12 @@ writeClouds(const CloudOutputs& outputs,
             const std::vector<MapInputFile>& files,
             const MultiwayMap& map,
             const std::vector<Eigen::Vector3d>& places,
+            const std::vector<std::optional<Eigen::Vector3d>>& found,
             const std::function<void(std::size_t done, std::size_t total)>& progress)
 {
   const std::vector<std::size_t> scans = scansToWrite(map);
   const std::vector<std::string> names = shortNames(files);
-  const std::vector<std::string> copies = copyNames(files);
+  const std::vector<std::string> copies = copyPaths(outputs.pcd, files);
   std::optional<MergedCloud> merged;
   std::optional<io::E57Writer> e57;
   if (!outputs.merged.empty()) {
@@ -157,17 +182,19 @@ writeClouds(const CloudOutputs& outputs,
   if (!outputs.e57.empty())
     e57.emplace(outputs.e57);
   if (!outputs.pcd.empty())
-    removeStaleCopies(outputs.pcd, copies, map);
+    removeStaleCopies(copies, map);
   for (std::size_t k = 0; k < scans.size(); ++k) {
     const std::size_t i = scans[k];
     const Eigen::Isometry3d& pose = map.scans[i].T_map_scan;
-    const io::LoadedCloud cloud = io::loadTable(files[i].path);
+    io::LoadedCloud cloud = io::loadTable(files[i].path);
+    if (found[i])
+      cloud.viewpoint = found[i];
     if (merged)
       merged->add(cloud, pose, i);
     if (e57)
       e57->addScan(names[i], cloud, pose);
     if (!outputs.pcd.empty())
-      io::saveMovedCloud((fs::path(outputs.pcd) / copies[i]).string(), cloud, pose);
+      io::saveMovedCloud(copies[i], cloud, pose, kCopyMark);
     progress(k + 1, scans.size());
   }
   if (merged)

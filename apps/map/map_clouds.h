@@ -10,7 +10,9 @@
 #include <Eigen/Core>
 
 #include <functional>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace pcl_ssfr {
@@ -30,8 +32,12 @@ struct CloudOutputs {
   }
 };
 
+/// The files that are written of these scans, each with the option that asks for it.
+std::vector<std::pair<const char*, std::string>>
+outputFiles(const CloudOutputs& outputs, const std::vector<MapInputFile>& files);
+
 /** \brief Look at what can be seen before the scans are placed, and make the folder.
- * \throw io::IoError where a file cannot be written \throw UsageError where it would replace one of the scans
+ * \throw io::IoError where a file cannot be written, or a copy would replace a file that is no copy of an earlier run
  */
 void
 checkOutputs(const CloudOutputs& outputs, const std::vector<MapInputFile>& files);
@@ -47,6 +53,7 @@ isWritten(const MapScan& scan);
 /** \brief Write them. Each scan is read once more, one at a time: memory does not grow with their number.
  * \param[in] map with poses in the coordinates of the files
  * \param[in] places of the sensors in these [m]
+ * \param[in] found sensors that were found in the points, which go before what the files say; nothing: none was found
  * \param[in] progress scans that are done, and all
  * \throw io::IoError
  */
@@ -55,6 +62,7 @@ writeClouds(const CloudOutputs& outputs,
             const std::vector<MapInputFile>& files,
             const MultiwayMap& map,
             const std::vector<Eigen::Vector3d>& places,
+            const std::vector<std::optional<Eigen::Vector3d>>& found,
             const std::function<void(std::size_t done, std::size_t total)>& progress);
 
 /// Names of scans in an E57 file of a map: without extensions and without the file of those that came from one,

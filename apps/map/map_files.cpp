@@ -110,7 +110,10 @@ posesTum(const MultiwayMap& map)
       continue;
     const Eigen::Quaterniond q(map.scans[i].T_map_scan.linear());
     const Eigen::Vector3d t = map.scans[i].T_map_scan.translation();
-    text += format("%zu %.9g %.9g %.9g %.9g %.9g %.9g %.9g\n", i, t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w());
+    text += format("%zu", i);
+    for (const double value : {t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()})
+      text += format(" %.15g", value);
+    text += "\n";
   }
   return text;
 }

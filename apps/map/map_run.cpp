@@ -29,8 +29,8 @@
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
+#include <map>
 #include <optional>
-#include <set>
 #include <system_error>
 #include <unistd.h>
 #include <variant>
@@ -111,6 +111,7 @@ public:
       }
     }();
     places_.resize(map.scans.size(), Eigen::Vector3d::Zero());
+    found_sensors_.resize(map.scans.size());
     describeScans(registration, map);
     toFileCoordinates(map);
     MapOutput output{map, std::nullopt, {}, "ssfr_map " + arguments_.words, 0, 0};
@@ -214,30 +215,36 @@ private:
     return poses;
   }
 
-  /// What is written takes the place of nothing that is read, nor of what is no earlier map.
+  /// What is written takes the place of nothing that is read, nor of what is no earlier map, nor of each other.
   void
   checkOwnFiles() const
   {
     std::error_code error;
     const bool is_map = fs::exists(inFolder("map.sqlite"), error);
-    std::vector<std::string> written;
-    for (const char* name : {"poses.csv", "links.csv", "map.json", "report.html", "poses.tum"}) {
-      written.push_back(inFolder(name));
-      if (!is_map && fs::exists(written.back(), error))
-        throw io::IoError(written.back() + ": is there already, and " + arguments_.out +
-                          " holds no map of this program; take another folder");
-    }
-    if (writesJson())
-      written.push_back(arguments_.json);
-    std::set<fs::path> read;
+    std::map<std::string, std::string> taken; // why a file is not written to, by its identity
     for (const std::string& input : {arguments_.truth, arguments_.poses, arguments_.control})
       if (!input.empty())
-        read.insert(fs::weakly_canonical(input, error));
+        taken[io::fileIdentity(input)] = " would be replaced, but is read; take a copy of it in another place";
     for (const MapInputFile& file : files_)
-      read.insert(fs::weakly_canonical(io::fileOfScan(file.path), error));
-    for (const std::string& output : written)
-      if (read.count(fs::weakly_canonical(output, error)) > 0)
-        throw UsageError(output + " would be replaced, but is read; take a copy of it in another place");
+      taken[io::fileIdentity(io::fileOfScan(file.path))] = " would replace the scan " + file.path;
+    const auto take = [&taken](const std::string& option, const std::string& path) {
+      const std::string identity = io::fileIdentity(path);
+      const std::string used = option.empty() ? " is a file of the map" : " is also that of " + option;
+      const auto [found, is_free] = taken.emplace(identity, used);
+      if (!is_free && !identity.empty())
+        throw UsageError((option.empty() ? "" : option + ": ") + path + found->second);
+    };
+    for (const char* name : {"poses.csv", "links.csv", "map.json", "report.html", "poses.tum"}) {
+      if (!is_map && fs::exists(inFolder(name), error))
+        throw io::IoError(inFolder(name) + ": is there already, and " + arguments_.out +
+                          " holds no map of this program; take another folder");
+      take("", inFolder(name));
+    }
+    take("", inFolder("map.sqlite"));
+    for (const auto& [option, path] : outputFiles(arguments_.clouds, files_))
+      take(option, path);
+    if (writesJson())
+      take("--json", arguments_.json);
   }
 
   void
@@ -311,6 +318,8 @@ private:
         continue;
       const auto& scan = std::get<PatchScan>(registration.preparedScan(static_cast<int>(i)).data().scan);
       places_[i] = scan.origin + scan.viewpoint + offsets_[i];
+      if (scan.viewpoint_found)
+        found_sensors_[i] = places_[i];
       ScanOutline& outline = outlines_[i];
       outline.place = places_[i];
       for (const MainNormal& main : scan.main_normals) {
@@ -402,9 +411,8 @@ private:
       return "";
     try {
       MapProgress progress;
-      writeClouds(arguments_.clouds, files_, map, places_, [&](std::size_t done, std::size_t total) {
-        progress.show("write", done, total);
-      });
+      const auto show = [&](std::size_t done, std::size_t total) { progress.show("write", done, total); };
+      writeClouds(arguments_.clouds, files_, map, places_, found_sensors_, show);
     }
     catch (const io::IoError& problem) {
       return problem.what();
@@ -436,10 +444,10 @@ private:
       io::writeFile(inFolder("poses.tum"), posesTum(output.map));
     else if (std::error_code error; fs::remove(inFolder("poses.tum"), error))
       std::cerr << "ssfr_map: poses.tum of the earlier map is removed (--tum writes it)\n";
-    if (arguments_.json.empty())
-      std::cout << mapText(output) << "written to " << arguments_.out << "\n" << leftOutText(output.map);
-    else if (writesJson())
+    if (writesJson())
       io::writeFile(arguments_.json, json);
+    if (arguments_.json != "-")
+      std::cout << mapText(output) << "written to " << arguments_.out << "\n" << leftOutText(output.map);
     else
       std::cout << json;
     std::cout.flush();
@@ -452,8 +460,9 @@ private:
   std::vector<MapInputFile> files_;
   std::vector<std::optional<Eigen::Isometry3d>> truth_, poses_; ///< of each scan; empty: no file
   std::vector<ControlPoint> control_;
-  std::vector<Eigen::Vector3d> offsets_; ///< of each scan's coordinates [m]
-  std::vector<Eigen::Vector3d> places_;  ///< of the sensors, in file coordinates [m]
+  std::vector<Eigen::Vector3d> offsets_;                      ///< of each scan's coordinates [m]
+  std::vector<Eigen::Vector3d> places_;                       ///< of the sensors, in file coordinates [m]
+  std::vector<std::optional<Eigen::Vector3d>> found_sensors_; ///< of those, what was found in the points
   std::vector<ScanOutline> outlines_;
 };
 

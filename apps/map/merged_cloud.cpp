@@ -54,13 +54,9 @@ colourOf(std::size_t number)
 }
 
 MergedCloud::MergedCloud(const std::string& path, double leaf, bool wide)
-    : path_(path), file_(path, std::ios::binary | std::ios::trunc), leaf_(leaf), wide_(wide)
+    : path_(path), file_(path), leaf_(leaf), wide_(wide), pcd_(io::extensionOf(path) == ".pcd")
 {
-  const std::string extension = path.substr(path.size() - 4);
-  pcd_ = extension == ".pcd" || extension == ".PCD";
-  file_ << header();
-  if (!file_)
-    throw io::IoError(path + ": cannot be written");
+  file_.write(header());
 }
 
 std::string
@@ -118,23 +114,20 @@ MergedCloud::add(const io::LoadedCloud& cloud, const Eigen::Isometry3d& T_map_fi
     append(bytes, static_cast<std::uint32_t>(number));
     ++points_;
     if (bytes.size() > kFlush) {
-      file_.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+      file_.write(bytes);
       bytes.clear();
     }
   }
-  file_.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  if (!file_)
-    throw io::IoError(path_ + ": cannot be written");
+  file_.write(bytes);
 }
 
 std::size_t
 MergedCloud::finish()
 {
-  file_.seekp(0);
-  file_ << header(); // as long as the one before it
-  file_.close();
-  if (!file_)
-    throw io::IoError(path_ + ": cannot be written");
+  if (fseeko(file_.stream(), 0, SEEK_SET) != 0)
+    file_.fail();
+  file_.write(header()); // as long as the one before it
+  file_.finish();
   return points_;
 }
 

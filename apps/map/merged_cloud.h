@@ -3,10 +3,11 @@
 
 #pragma once
 
+#include <apps/io/output_file.h>
+
 #include <Eigen/Geometry>
 
 #include <cstddef>
-#include <fstream>
 #include <string>
 
 namespace pcl_ssfr {
@@ -42,7 +43,7 @@ private:
   header() const;
 
   std::string path_;
-  std::ofstream file_;
+  io::OutputFile file_;
   double leaf_;
   bool wide_;
   bool pcd_;

@@ -359,5 +359,13 @@ referencePoint(const io::LoadedCloud& source, const Result& result)
   return placeIn(source, result.source_viewpoint_used, result.source_viewpoint);
 }
 
+FoundSensors::FoundSensors(const Result& result)
+{
+  if (result.source_viewpoint_found)
+    source = result.source_viewpoint;
+  if (result.target_viewpoint_found)
+    target = result.target_viewpoint;
+}
+
 } // namespace apps
 } // namespace pcl_ssfr

@@ -54,5 +54,14 @@ runMethod(const std::string& name,
 Eigen::Vector3d
 referencePoint(const io::LoadedCloud& source, const Result& result);
 
+/// Sensors that a run found in the points of its scans, in their file coordinates [m]; nothing where it looked for
+/// none.
+struct FoundSensors {
+  explicit FoundSensors(const Result& result);
+
+  std::optional<Eigen::Vector3d> source;
+  std::optional<Eigen::Vector3d> target;
+};
+
 } // namespace apps
 } // namespace pcl_ssfr

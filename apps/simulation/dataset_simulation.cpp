@@ -453,6 +453,9 @@ simulateDataset(const PreparedPlan& prepared, DatasetWriter& writer, Progress& p
     options.progress = [&](double share) { progress.update(i, summary.scans, share); };
     SimulatedScan scan =
         simulateScan(stage.at(number, T_world_scan[i], sensor.scan_time), sensor, T_world_scan[i], options);
+    if (scan.points.empty())
+      throw SimulationError("scan " + std::to_string(number) + ": nothing returns to " + sensor.name + " in " +
+                            prepared.scene.name + ", see mount_height_m and max_range_m of the sensor");
     if (plan.random_rotation) {
       const Eigen::Matrix3d R = RandomStream(plan.seed, kFrameStream, number).rotation();
       turnInto(R, scan.points);

@@ -92,7 +92,7 @@ std::vector<NumberField<SensorModel>>
 sensorNumbers()
 {
   return {{"scan_time_s", &SensorModel::scan_time, false, Limit::NotNegative, false},
-          {"mount_height_m", &SensorModel::mount_height, false, Limit::Finite, false}};
+          {"mount_height_m", &SensorModel::mount_height, false, Limit::NotNegative, false}};
 }
 
 double

@@ -72,9 +72,12 @@ class PictureMaker {
 public:
   PictureMaker(std::string folder, const ViewModel& model)
       : folder_(std::move(folder)), model_(model), run_(model.run()),
-        T_picture_target_(pictureFrame(run_.target, model.up())),
-        target_(
-            makeScanLayer(run_.target, T_picture_target_, kTargetColour, "target " + shortFileName(run_.report.target)))
+        T_picture_target_(pictureFrame(run_.target, model.up())), sensors_(run_.report.run.result),
+        target_(makeScanLayer(run_.target,
+                              T_picture_target_,
+                              kTargetColour,
+                              "target " + shortFileName(run_.report.target),
+                              sensors_.target))
   {}
 
   std::vector<ViewPicture>
@@ -113,7 +116,7 @@ private:
   {
     const Eigen::Isometry3d T = T_picture_target_ * Eigen::Translation3d(-run_.target.offset) * T_files *
                                 Eigen::Translation3d(run_.source.offset);
-    return makeScanLayer(run_.source, T, kSourceColour, label);
+    return makeScanLayer(run_.source, T, kSourceColour, label, sensors_.source);
   }
   Eigen::Isometry3d
   picturePatches(const ViewedPose& pose, bool of_source) const
@@ -808,6 +811,7 @@ private:
   const ViewModel& model_;
   const ViewRun& run_;
   Eigen::Isometry3d T_picture_target_; ///< takes the points of the target without their offset
+  FoundSensors sensors_;
   ScanLayer target_;
   std::vector<ViewPicture> pictures_;
 };

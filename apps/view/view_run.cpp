@@ -63,12 +63,6 @@ methodOptionNames()
   return names;
 }
 
-Eigen::Vector3d
-sensorOf(const io::LoadedCloud& cloud)
-{
-  return cloud.viewpoint.value_or(cloud.offset);
-}
-
 bool
 isSame(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b)
 {
@@ -93,7 +87,6 @@ runOfScans(const ViewArguments& arguments)
   ViewRun run;
   run.source = io::loadCloud(arguments.inputs[0]);
   run.target = io::loadCloud(arguments.inputs[1]);
-  run.reference = sensorOf(run.source);
   run.report.source = arguments.inputs[0];
   run.report.target = arguments.inputs[1];
   run.report.method = arguments.method.method;
@@ -101,6 +94,7 @@ runOfScans(const ViewArguments& arguments)
   if (!arguments.method.guess_file.empty())
     run.report.guess = io::readTransform(arguments.method.guess_file);
   runAgain(run);
+  run.reference = referencePoint(run.source, run.report.run.result);
   return run;
 }
 
@@ -326,7 +320,7 @@ runOfJson(const ViewArguments& arguments)
   run.target = io::loadCloud(run.report.target);
   checkPoints(file, run.report.run.result, "source", run.source);
   checkPoints(file, run.report.run.result, "target", run.target);
-  run.reference = sensorOf(run.source);
+  run.reference = referencePoint(run.source, run.report.run.result);
   return run;
 }
 

@@ -198,6 +198,15 @@ if hasattr(_core, "map_scans"):
     __all__ += ["LoopClosure", "MapLink", "MapScan", "ScanMap"]
 
 
+def _name_pairs(argument: str, pairs: object) -> list[tuple[str, str]]:
+    """Pairs of names. Raises ValueError for anything else."""
+    found: list[Any] = list(pairs) if isinstance(pairs, Iterable) else [pairs]
+    for pair in found:
+        if not isinstance(pair, (tuple, list)) or len(pair) != 2 or not all(isinstance(name, str) for name in pair):
+            raise ValueError(f"{argument}: {pair!r}, must be two names of scans")
+    return [(a, b) for a, b in found]
+
+
 def map_scans(
     scans: Sequence[Union[Path, Points, tuple[Points, Optional[npt.ArrayLike]]]],
     *,
@@ -240,7 +249,8 @@ def map_scans(
     """
     if progress is not None and not callable(progress):
         raise ValueError(f"progress = {progress!r}, must be callable")
-    if isinstance(pins, str):
+    pinned = list(pins)
+    if isinstance(pins, str) or not all(isinstance(name, str) for name in pinned):
         raise ValueError(f"pins = {pins!r}, must be a list of names")
     if not hasattr(_core, "map_scans"):
         raise NotImplementedError("map_scans: the package was built without Ceres and SQLite")
@@ -270,9 +280,9 @@ def map_scans(
         resume,
         dict(poses or {}),
         (float(pose_tolerance[0]), float(pose_tolerance[1])),
-        list(pins),
-        [(a, b) for a, b in accept],
-        [(a, b) for a, b in reject],
+        pinned,
+        _name_pairs("accept", accept),
+        _name_pairs("reject", reject),
         progress,
         options,
     )

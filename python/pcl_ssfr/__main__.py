@@ -7,6 +7,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import re
 import resource
 import sys
 import time
@@ -41,6 +42,17 @@ def parser() -> argparse.ArgumentParser:
     words.add_argument("--threads", metavar="N", type=int, default=0, help="processors to use, 0: all")
     words.add_argument("--version", action="version", version=f"pcl_ssfr {pcl_ssfr.__version__}")
     return words
+
+
+def joined(words: list[str]) -> list[str]:
+    """The words with each direction part of its option: argparse takes -0.1,0,1 for an option of its own."""
+    result: list[str] = []
+    for word in words:
+        if result and result[-1] == "--gravity" and re.match(r"-[.\d]", word):
+            result[-1] += "=" + word
+        else:
+            result.append(word)
+    return result
 
 
 def options_of(arguments: argparse.Namespace) -> dict[str, Any]:
@@ -176,7 +188,7 @@ def write_json(path: str, text: str) -> None:
 
 def run(words: Optional[list[str]] = None) -> int:
     """Align as the command line says; the exit code. Raises ValueError, FileError for files."""
-    arguments = parser().parse_args(words)
+    arguments = parser().parse_args(joined(sys.argv[1:] if words is None else words))
     options = options_of(arguments)
     guess = None if arguments.guess is None else pcl_ssfr.read_transform(arguments.guess)
     source, target = (pcl_ssfr.read_scan_file(path) for path in (arguments.source, arguments.target))

@@ -133,6 +133,11 @@ class TestCommand:
         done = run(self.SOURCE, self.TARGET, "--gravity", "0,0,1", "--leaf", "0.05")
         assert done.returncode == 1 and done.stdout.startswith("Not aligned, ")
 
+    def test_gravity_of_negative_numbers(self):
+        for words in (["--gravity", "-0.0,0.01,1"], ["--gravity", "-.01,0,1"], ["--gravity=-0.01,0,1"]):
+            done = run(self.SOURCE, self.TARGET, *words)  # the scans are tilted otherwise
+            assert (done.returncode, done.stderr) == (1, "")
+
     @pytest.mark.parametrize(
         "words,code,text",
         [
