@@ -76,14 +76,10 @@ struct MultiwayRegistration::State {
     const auto& t = priors[static_cast<std::size_t>(target)];
     if (!s || !t)
       return std::nullopt;
-    const auto sensor = [this](const PosePrior& prior, int scan) {
-      return Eigen::Vector3d(prior.T_map_scan * placeOf(prepared[static_cast<std::size_t>(scan)]));
-    };
-    const double distance = (sensor(*s, source) - sensor(*t, target)).norm();
-    GuessTolerance tolerance;
-    tolerance.rotation = std::min(kPi, s->rotation + t->rotation);
-    tolerance.translation = s->translation + t->translation + distance * t->rotation;
-    return PairGuess{t->T_map_scan.inverse() * s->T_map_scan, tolerance};
+    return guessOf(*s,
+                   *t,
+                   placeOf(prepared[static_cast<std::size_t>(source)]),
+                   placeOf(prepared[static_cast<std::size_t>(target)]));
   }
 
   void
