@@ -241,6 +241,31 @@ TEST_F(MapProgram, severalComponentsAreCodeOneAndMendedByHand)
   EXPECT_THAT(both.err, HasSubstr("the link s0.pcd, s3.pcd is both accepted and rejected"));
 }
 
+TEST_F(MapProgram, whatSpeaksAgainstAnAcceptedLinkIsSaid)
+{
+  std::filesystem::create_directories(out("in"));
+  std::filesystem::copy(scans() + "/s0.pcd", out("in"));
+  std::filesystem::copy(scans() + "/s1.pcd", out("in"));
+  const testing::Scene scene = testing::makeFurnishedRoom(8); // another room
+  const Eigen::Isometry3d T(Eigen::Translation3d(scene.stations.front()));
+  const Eigen::Matrix3Xf points = testing::castScan(scene, T, testing::roomScanner(0.025), 5);
+  pcl::PointCloud<pcl::PointXYZ> cloud;
+  for (Eigen::Index k = 0; k < points.cols(); ++k)
+    cloud.push_back(pcl::PointXYZ(points(0, k), points(1, k), points(2, k)));
+  pcl::io::savePCDFileBinary(out("in") + "/other.pcd", cloud);
+  const std::string words = "'" + out("in") + "' --out '" + out() + "' --json - --accept ";
+  const auto json = nlohmann::json::parse(run(words + "s0,other").out);
+  ASSERT_EQ(json["components"], 1);
+  ASSERT_FALSE(json["notes"].empty());
+  EXPECT_THAT(std::string(json["notes"][0]),
+              StartsWith("the accepted link other.pcd, s0.pcd is of little probability by the pair itself: 0."));
+  for (const auto& row : table(out() + "/links.csv"))
+    if (row[0] == "other.pcd" && row[1] == "s0.pcd") {
+      EXPECT_LT(std::stod(row[3]), 0.5);
+    }
+  EXPECT_THAT(nlohmann::json::parse(run(words + "s0,s1").out)["notes"], IsEmpty());
+}
+
 TEST_F(MapProgram, nothingThatIsReadOrOfAnotherIsReplaced)
 {
   std::filesystem::create_directories(out("in"));

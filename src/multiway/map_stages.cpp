@@ -18,6 +18,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <map>
 #include <numeric>
 #include <set>
@@ -260,6 +261,7 @@ private:
       progress_(stage, done, total);
   }
 
+  /// What speaks against an accepted link is noted.
   void
   checkDecisions() const
   {
@@ -272,6 +274,17 @@ private:
                             names_[static_cast<std::size_t>(pair.second)] +
                             " cannot be accepted: no pose of these scans was found" +
                             (link == links_.end() ? "" : ": " + link->message));
+      const PairHypothesis& best = link->hypotheses.front();
+      if (link->status == Status::Converged && best.probability >= input_.options.choice.sure)
+        continue;
+      char text[120];
+      std::snprintf(text,
+                    sizeof(text),
+                    " is of little probability by the pair itself: %.2f, with an overlap of %.0f %%",
+                    best.probability,
+                    100 * best.overlap);
+      map_.notes.push_back("the accepted link " + name(pair.first) + ", " + name(pair.second) + text +
+                           (link->message.empty() ? "" : " (" + link->message + ")"));
     }
   }
 
