@@ -41,6 +41,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::Not;
 using ::testing::StartsWith;
 using testing::TemporaryFolder;
 
@@ -727,6 +728,52 @@ TEST_F(MapProgram, noScanThatCanBeUsed)
     EXPECT_THAT(result.err, HasSubstr("a map takes two scans or more, 0 of 2 can be used; 1.pcd: ")) << decision;
     EXPECT_THAT(result.err, HasSubstr("/bad/1.pcd:1: 'no' is not a line of a PCD header")) << decision;
   }
+}
+
+TEST_F(MapProgram, aRunThatLinkedNothingHoldsNothing)
+{
+  std::filesystem::create_directories(out("in"));
+  std::filesystem::copy(scans() + "/s0.pcd", out("in"));
+  io::writeFile(out("in") + "/s1.pcd", "no cloud\n");
+  const std::string words = "'" + out("in") + "' --out '" + out() + "'";
+  ASSERT_EQ(run(words).code, 3);
+  std::filesystem::copy(scans() + "/s1.pcd", out("in"), std::filesystem::copy_options::overwrite_existing);
+  const Outcome mended = run(words);
+  EXPECT_EQ(mended.code, 0) << mended.err;
+  const Outcome again = run(words);
+  EXPECT_EQ(again.code, 3);
+  EXPECT_THAT(again.err, HasSubstr("map.sqlite: holds a map already"));
+  // What is known besides is a decision on the map that is there.
+  for (const std::string& known : {" --poses '" + folder_->file("poses.txt") + "'", std::string(" --gravity 0,0,1")}) {
+    const Outcome decided = run(words + known);
+    EXPECT_LT(decided.code, 2) << known << decided.err;
+  }
+}
+
+TEST_F(MapProgram, oneScanTwiceIsSaid)
+{
+  std::filesystem::create_directories(out("in"));
+  std::filesystem::copy(scans() + "/s0.pcd", out("in"));
+  std::filesystem::copy(scans() + "/s0.pcd", out("in") + "/twice.pcd");
+  const Outcome result = run("'" + out("in") + "' --out '" + out() + "'");
+  EXPECT_EQ(result.code, 3);
+  EXPECT_THAT(result.err, HasSubstr("1 of 2 can be used; twice.pcd: it holds the same points as s0.pcd"));
+}
+
+TEST_F(MapProgram, whereNothingIsLinkedEveryScanHasItsReason)
+{
+  std::filesystem::create_directories(out("in"));
+  for (const char* name : {"s0.pcd", "s1.pcd", "s3.pcd"})
+    std::filesystem::copy(scans() + "/" + name, out("in"));
+  const Outcome apart =
+      run("'" + out("in") + "' --out '" + out() + "' --reject s0,s1 --reject s0,s3 --reject s1,s3 --truth '" +
+          folder_->file("poses.txt") + "'");
+  EXPECT_EQ(apart.code, 1) << apart.err;
+  EXPECT_THAT(apart.out, HasSubstr("3 scans, 0 placed"));
+  for (const char* name : {"s0.pcd", "s1.pcd", "s3.pcd"})
+    EXPECT_THAT(apart.out, HasSubstr(std::string("\n") + name + ": "));
+  EXPECT_THAT(apart.out, HasSubstr("truth: 0 of 0 placed scans are wrong\n"));
+  EXPECT_THAT(apart.out, Not(HasSubstr("nan")));
 }
 
 TEST(MapOptions, whichPairsAreLinked)

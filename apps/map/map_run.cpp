@@ -4,6 +4,7 @@
 #include <apps/map/map_run.h>
 
 #include "common/angles.h"
+#include "multiway/project_file.h"
 #include "profiles/prepared_data.h"
 
 #include <pcl_ssfr/multiway/multiway_registration.h>
@@ -157,7 +158,7 @@ private:
   goesOn() const
   {
     return arguments_.resume || !arguments_.accepted.empty() || !arguments_.rejected.empty() ||
-           !arguments_.pins.empty();
+           !arguments_.pins.empty() || !arguments_.poses.empty() || !arguments_.control.empty() || arguments_.gravity;
   }
 
   int
@@ -247,7 +248,7 @@ private:
     fs::create_directories(arguments_.out, error);
     if (!fs::is_directory(arguments_.out))
       throw io::IoError(arguments_.out + ": the folder cannot be created" + (error ? ": " + error.message() : ""));
-    if (!goesOn() && fs::exists(inFolder("map.sqlite"), error))
+    if (!goesOn() && fs::exists(inFolder("map.sqlite"), error) && ProjectFile::holdsLinks(inFolder("map.sqlite")))
       throw io::IoError(inFolder("map.sqlite") +
                         ": holds a map already; --resume goes on with it, or take another folder");
   }

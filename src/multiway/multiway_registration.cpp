@@ -459,8 +459,11 @@ MultiwayRegistration::run(const Progress& progress)
   std::string reason;
   for (std::size_t i = 0; i < s.scans.size(); ++i) {
     usable += s.isLinked(i) ? 1 : 0;
-    if (reason.empty() && !s.scans[i].usable)
-      reason = "; " + s.scans[i].name + ": " + s.scans[i].reason;
+    if (reason.empty() && !s.isLinked(i))
+      reason =
+          "; " + s.scans[i].name + ": " +
+          (s.scans[i].usable ? "it holds the same points as " + s.scans[static_cast<std::size_t>(s.original[i])].name
+                             : s.scans[i].reason);
   }
   if (usable < 2)
     throw std::invalid_argument("a map takes two scans or more, " + std::to_string(usable) + " of " +
