@@ -38,6 +38,7 @@
 namespace pcl_ssfr::test_multiway_cli {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -618,6 +619,16 @@ TEST_F(MapProgram, theMapIsLaidOntoControl)
   EXPECT_GT(std::stod(poses[2][9]), 5e6); // T13 of s0, the northing
   EXPECT_THAT(io::readFile(out() + "/report.html"), HasSubstr("s3 door"));
 
+  // Easting and northing swapped: the map stands on its head.
+  std::vector<std::string> swapped = lines;
+  for (std::size_t k = 1; k < swapped.size(); ++k) {
+    const std::vector<std::string> fields = io::splitCsvLine(swapped[k]);
+    const std::string ahead = fields[0] + "," + fields[1] + "," + fields[2];
+    swapped[k].replace(0, ahead.size(), fields[0] + "," + fields[2] + "," + fields[1]);
+  }
+  writeLines(out("control.csv"), swapped);
+  EXPECT_THAT(nlohmann::json::parse(run(begin).out)["notes"].dump(), HasSubstr("tilts the map by "));
+
   // A figure that was read wrongly: named, and how far it is off.
   lines[3].replace(lines[3].find(','), 1, ",1"); // 1 before the easting of the door
   writeLines(out("control.csv"), lines);
@@ -890,6 +901,45 @@ TEST(ControlPoints, theOneThatContradictsIsFound)
   }
   // Three leave nothing to check one by.
   EXPECT_FALSE(apps::fitControl({map[0], map[1], map[2]}, {site[0], site[1], site[3]}).misfit);
+}
+
+TEST(ControlPoints, whatSpeaksAgainstAFitIsSaid)
+{
+  apps::ControlledPlaces places;
+  places.labels = {"a", "b", "c"};
+  places.map = {{0, 0, 0}, {9, 0, 1}, {9, 7, 0}};
+  places.sigma = {0, 0.002, 0.003};
+  const Eigen::Isometry3d T = Eigen::Translation3d(3e5, 5e6, 100) * Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitZ());
+  for (const Eigen::Vector3d& place : places.map)
+    places.site.emplace_back(T * place);
+  const auto doubts = [](const apps::ControlledPlaces& of, const std::optional<apps::MapVertical>& vertical) {
+    return apps::doubtsOfControl(of, apps::fitControl(of.map, of.site), vertical, 0.0873);
+  };
+  const apps::MapVertical up{Eigen::Vector3d::UnitZ(), true}, down{-Eigen::Vector3d::UnitZ(), true},
+      axis{-Eigen::Vector3d::UnitZ(), false}, tilted{Eigen::Vector3d(0.17, 0, 1).normalized(), true};
+  EXPECT_THAT(doubts(places, std::nullopt), IsEmpty());
+  EXPECT_THAT(doubts(places, up), IsEmpty());
+  EXPECT_THAT(doubts(places, axis), IsEmpty());
+  EXPECT_THAT(doubts(places, down), ElementsAre(HasSubstr("tilts the map by 180.0 degrees")));
+  EXPECT_THAT(doubts(places, tilted),
+              ElementsAre(AllOf(HasSubstr("tilts the map by 9.6 degrees"), Not(HasSubstr("swapped")))));
+  // Easting and northing swapped: of a plane nothing but the vertical shows it.
+  apps::ControlledPlaces swapped = places;
+  for (Eigen::Vector3d& place : swapped.site)
+    std::swap(place.x(), place.y());
+  EXPECT_THAT(doubts(swapped, up), ElementsAre(HasSubstr("; with x and y swapped it would be upright")));
+  // Of three the largest residual is named, where the map is known better than that.
+  apps::ControlledPlaces off = places;
+  off.site[1] += T.linear() * Eigen::Vector3d(1, 0, 0);
+  EXPECT_THAT(doubts(off, up), ElementsAre(HasSubstr("control does not fit: ")));
+  off.sigma = {0.5, 0.5, 0.5};
+  EXPECT_THAT(doubts(off, up), IsEmpty());
+  // Millimetres.
+  apps::ControlledPlaces other = places;
+  for (Eigen::Vector3d& place : other.site)
+    place *= 1000;
+  EXPECT_THAT(doubts(other, up),
+              ElementsAre(HasSubstr("control does not fit: "), HasSubstr("are 1000 times those in the map")));
 }
 
 TEST(MapTruth, aBentStreetIsOneFrameAndAScanAsideIsWrong)
