@@ -125,6 +125,14 @@ class MapReport(unittest.TestCase):
         self.run_script("const s = document.getElementById('component'); s.value = 1; s.dispatchEvent(new Event('change'));")
         self.assertEqual(self.run_script(COUNT, "#plan circle.setup"), 1)
 
+    def test_scansThatAreWrongAreCounted(self):
+        self.assertIn("1 of 8placed scans wrong by the truth", self.run_script(TEXT, "#figures"))
+        self.assertRegex(self.run_script(TEXT, "#figures"), r"[0-9.]+ mmmedian error of the others")
+
+    def test_whereNothingIsPlacedEveryScanHasItsReason(self):
+        self.open("apart")
+        self.assertEqual({row[0] for row in self.rows("unplaced")}, {"scan_0.pcd", "street.pcd"})
+
     def test_printsAndFitsAPhone(self):
         pdf = self.browser.pdf("map")
         self.assertTrue(pdf.startswith(b"%PDF"))
@@ -152,9 +160,14 @@ def main():
         shutil.copytree(pathlib.Path(sys.argv[2]) / "building", scans)
         shutil.copy(pathlib.Path(sys.argv[2]) / "street_0.pcd", scans / "street.pcd")
         (scans / "broken.pcd").write_text("no cloud\n")
-        made = subprocess.run([sys.argv[1], scans, "--out", base.FOLDER / "map"], capture_output=True, check=False)
-        if made.returncode != 1:  # several components
-            sys.exit(made.stderr.decode())
+        truth = base.FOLDER / "truth.txt"
+        lines = (scans / "poses.txt").read_text().splitlines()
+        scan, x, *others = lines[-1].split()
+        truth.write_text("\n".join(lines[:-1] + [" ".join([scan, str(float(x) + 1), *others])]))
+        for name, inputs in (("map", [scans, "--truth", truth]), ("apart", [scans / "scan_0.pcd", scans / "street.pcd"])):
+            made = subprocess.run([sys.argv[1], *inputs, "--out", base.FOLDER / name], capture_output=True, check=False)
+            if made.returncode != 1:  # several components
+                sys.exit(made.stderr.decode())
         result = unittest.main(argv=[sys.argv[0]], exit=False, verbosity=2).result
     sys.exit(0 if result.wasSuccessful() else 1)
 

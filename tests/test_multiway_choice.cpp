@@ -18,11 +18,13 @@
 
 #include <cmath>
 #include <limits>
+#include <set>
 
 namespace pcl_ssfr::test_multiway_choice {
 namespace {
 
 using ::testing::Each;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using testing::MadeUpJob;
 
@@ -152,6 +154,20 @@ TEST(HypothesisGraph, sameBitsForAnyNumberOfThreads)
     EXPECT_EQ(a.hypotheses[h].belief, b.hypotheses[h].belief);
 }
 
+TEST(Decisions, tieScansByAcceptedLinksAndByPoses)
+{
+  Decisions decisions;
+  EXPECT_THAT(tiedScans(decisions, {}, 4), ElementsAre(0, 1, 2, 3));
+  EXPECT_THAT(tiedScans(decisions, {2}, 4), ElementsAre(0, 1, 2, 3)); // tied to nothing
+  decisions.accepted = {{0, 4}, {1, 2}, {2, 4}};
+  std::vector<int> tied = tiedScans(decisions, {}, 7);
+  EXPECT_EQ(std::set<int>({tied[0], tied[1], tied[2], tied[4]}).size(), 1U);
+  EXPECT_EQ(std::set<int>(tied.begin(), tied.end()).size(), 4U); // 3, 5 and 6 by themselves
+  tied = tiedScans(decisions, {1, 5, 6}, 7);
+  EXPECT_EQ(std::set<int>(tied.begin(), tied.end()).size(), 2U);
+  EXPECT_NE(tied[3], tied[0]);
+}
+
 TEST(Assembly, falseLinksAreLeftOut)
 {
   MadeUpJob job = fullJob(7);
@@ -222,11 +238,12 @@ TEST(Assembly, aJoinThatTheTestRefusesIsNotMadeByAnyLink)
 {
   const MadeUpJob job = fullJob(4);
   const JoinTest not_with_third = [&](const std::vector<PlacedPair>& pairs) {
-    return std::none_of(pairs.begin(), pairs.end(), [&](const PlacedPair& p) {
+    const bool is_out = std::any_of(pairs.begin(), pairs.end(), [&](const PlacedPair& p) {
       const Eigen::Vector3d expected = job.relative(p.source, p.target).translation();
       EXPECT_LT((p.T_target_source.translation() - expected).norm(), 0.05);
       return p.source == 3 || p.target == 3;
     });
+    return is_out ? "they look alike" : "";
   };
   const MultiwayOptions options = oneThread();
   const HypothesisGraph graph = weighHypotheses(job.links, job.places, {}, options);

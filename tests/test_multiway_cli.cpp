@@ -38,9 +38,11 @@
 namespace pcl_ssfr::test_multiway_cli {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::Not;
 using ::testing::StartsWith;
 using testing::TemporaryFolder;
 
@@ -239,6 +241,31 @@ TEST_F(MapProgram, severalComponentsAreCodeOneAndMendedByHand)
   const Outcome both = run("'" + out("in") + "' --out '" + out() + "' --accept s3,s0 --reject s3,s0");
   EXPECT_EQ(both.code, 2);
   EXPECT_THAT(both.err, HasSubstr("the link s0.pcd, s3.pcd is both accepted and rejected"));
+}
+
+TEST_F(MapProgram, whatSpeaksAgainstAnAcceptedLinkIsSaid)
+{
+  std::filesystem::create_directories(out("in"));
+  std::filesystem::copy(scans() + "/s0.pcd", out("in"));
+  std::filesystem::copy(scans() + "/s1.pcd", out("in"));
+  const testing::Scene scene = testing::makeFurnishedRoom(8); // another room
+  const Eigen::Isometry3d T(Eigen::Translation3d(scene.stations.front()));
+  const Eigen::Matrix3Xf points = testing::castScan(scene, T, testing::roomScanner(0.025), 5);
+  pcl::PointCloud<pcl::PointXYZ> cloud;
+  for (Eigen::Index k = 0; k < points.cols(); ++k)
+    cloud.push_back(pcl::PointXYZ(points(0, k), points(1, k), points(2, k)));
+  pcl::io::savePCDFileBinary(out("in") + "/other.pcd", cloud);
+  const std::string words = "'" + out("in") + "' --out '" + out() + "' --json - --accept ";
+  const auto json = nlohmann::json::parse(run(words + "s0,other").out);
+  ASSERT_EQ(json["components"], 1);
+  ASSERT_FALSE(json["notes"].empty());
+  EXPECT_THAT(std::string(json["notes"][0]),
+              StartsWith("the accepted link other.pcd, s0.pcd is of little probability by the pair itself: 0."));
+  for (const auto& row : table(out() + "/links.csv"))
+    if (row[0] == "other.pcd" && row[1] == "s0.pcd") {
+      EXPECT_LT(std::stod(row[3]), 0.5);
+    }
+  EXPECT_THAT(nlohmann::json::parse(run(words + "s0,s1").out)["notes"], IsEmpty());
 }
 
 TEST_F(MapProgram, nothingThatIsReadOrOfAnotherIsReplaced)
@@ -713,6 +740,16 @@ TEST_F(MapProgram, theMapIsLaidOntoControl)
   EXPECT_GT(std::stod(poses[2][9]), 5e6); // T13 of s0, the northing
   EXPECT_THAT(io::readFile(out() + "/report.html"), HasSubstr("s3 door"));
 
+  // Easting and northing swapped: the map stands on its head.
+  std::vector<std::string> swapped = lines;
+  for (std::size_t k = 1; k < swapped.size(); ++k) {
+    const std::vector<std::string> fields = io::splitCsvLine(swapped[k]);
+    const std::string ahead = fields[0] + "," + fields[1] + "," + fields[2];
+    swapped[k].replace(0, ahead.size(), fields[0] + "," + fields[2] + "," + fields[1]);
+  }
+  writeLines(out("control.csv"), swapped);
+  EXPECT_THAT(nlohmann::json::parse(run(begin).out)["notes"].dump(), HasSubstr("tilts the map by "));
+
   // A figure that was read wrongly: named, and how far it is off.
   lines[3].replace(lines[3].find(','), 1, ",1"); // 1 before the easting of the door
   writeLines(out("control.csv"), lines);
@@ -823,6 +860,52 @@ TEST_F(MapProgram, noScanThatCanBeUsed)
     EXPECT_THAT(result.err, HasSubstr("a map takes two scans or more, 0 of 2 can be used; 1.pcd: ")) << decision;
     EXPECT_THAT(result.err, HasSubstr("/bad/1.pcd:1: 'no' is not a line of a PCD header")) << decision;
   }
+}
+
+TEST_F(MapProgram, aRunThatLinkedNothingHoldsNothing)
+{
+  std::filesystem::create_directories(out("in"));
+  std::filesystem::copy(scans() + "/s0.pcd", out("in"));
+  io::writeFile(out("in") + "/s1.pcd", "no cloud\n");
+  const std::string words = "'" + out("in") + "' --out '" + out() + "'";
+  ASSERT_EQ(run(words).code, 3);
+  std::filesystem::copy(scans() + "/s1.pcd", out("in"), std::filesystem::copy_options::overwrite_existing);
+  const Outcome mended = run(words);
+  EXPECT_EQ(mended.code, 0) << mended.err;
+  const Outcome again = run(words);
+  EXPECT_EQ(again.code, 3);
+  EXPECT_THAT(again.err, HasSubstr("map.sqlite: holds a map already"));
+  // What is known besides is a decision on the map that is there.
+  for (const std::string& known : {" --poses '" + folder_->file("poses.txt") + "'", std::string(" --gravity 0,0,1")}) {
+    const Outcome decided = run(words + known);
+    EXPECT_LT(decided.code, 2) << known << decided.err;
+  }
+}
+
+TEST_F(MapProgram, oneScanTwiceIsSaid)
+{
+  std::filesystem::create_directories(out("in"));
+  std::filesystem::copy(scans() + "/s0.pcd", out("in"));
+  std::filesystem::copy(scans() + "/s0.pcd", out("in") + "/twice.pcd");
+  const Outcome result = run("'" + out("in") + "' --out '" + out() + "'");
+  EXPECT_EQ(result.code, 3);
+  EXPECT_THAT(result.err, HasSubstr("1 of 2 can be used; twice.pcd: it holds the same points as s0.pcd"));
+}
+
+TEST_F(MapProgram, whereNothingIsLinkedEveryScanHasItsReason)
+{
+  std::filesystem::create_directories(out("in"));
+  for (const char* name : {"s0.pcd", "s1.pcd", "s3.pcd"})
+    std::filesystem::copy(scans() + "/" + name, out("in"));
+  const Outcome apart =
+      run("'" + out("in") + "' --out '" + out() + "' --reject s0,s1 --reject s0,s3 --reject s1,s3 --truth '" +
+          folder_->file("poses.txt") + "'");
+  EXPECT_EQ(apart.code, 1) << apart.err;
+  EXPECT_THAT(apart.out, HasSubstr("3 scans, 0 placed"));
+  for (const char* name : {"s0.pcd", "s1.pcd", "s3.pcd"})
+    EXPECT_THAT(apart.out, HasSubstr(std::string("\n") + name + ": "));
+  EXPECT_THAT(apart.out, HasSubstr("truth: 0 of 0 placed scans are wrong\n"));
+  EXPECT_THAT(apart.out, Not(HasSubstr("nan")));
 }
 
 TEST(MapOptions, whichPairsAreLinked)
@@ -949,6 +1032,45 @@ TEST(ControlPoints, theOneThatContradictsIsFound)
   }
   // Three leave nothing to check one by.
   EXPECT_FALSE(apps::fitControl({map[0], map[1], map[2]}, {site[0], site[1], site[3]}).misfit);
+}
+
+TEST(ControlPoints, whatSpeaksAgainstAFitIsSaid)
+{
+  apps::ControlledPlaces places;
+  places.labels = {"a", "b", "c"};
+  places.map = {{0, 0, 0}, {9, 0, 1}, {9, 7, 0}};
+  places.sigma = {0, 0.002, 0.003};
+  const Eigen::Isometry3d T = Eigen::Translation3d(3e5, 5e6, 100) * Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitZ());
+  for (const Eigen::Vector3d& place : places.map)
+    places.site.emplace_back(T * place);
+  const auto doubts = [](const apps::ControlledPlaces& of, const std::optional<apps::MapVertical>& vertical) {
+    return apps::doubtsOfControl(of, apps::fitControl(of.map, of.site), vertical, 0.0873);
+  };
+  const apps::MapVertical up{Eigen::Vector3d::UnitZ(), true}, down{-Eigen::Vector3d::UnitZ(), true},
+      axis{-Eigen::Vector3d::UnitZ(), false}, tilted{Eigen::Vector3d(0.17, 0, 1).normalized(), true};
+  EXPECT_THAT(doubts(places, std::nullopt), IsEmpty());
+  EXPECT_THAT(doubts(places, up), IsEmpty());
+  EXPECT_THAT(doubts(places, axis), IsEmpty());
+  EXPECT_THAT(doubts(places, down), ElementsAre(HasSubstr("tilts the map by 180.0 degrees")));
+  EXPECT_THAT(doubts(places, tilted),
+              ElementsAre(AllOf(HasSubstr("tilts the map by 9.6 degrees"), Not(HasSubstr("swapped")))));
+  // Easting and northing swapped: of a plane nothing but the vertical shows it.
+  apps::ControlledPlaces swapped = places;
+  for (Eigen::Vector3d& place : swapped.site)
+    std::swap(place.x(), place.y());
+  EXPECT_THAT(doubts(swapped, up), ElementsAre(HasSubstr("; with x and y swapped it would be upright")));
+  // Of three the largest residual is named, where the map is known better than that.
+  apps::ControlledPlaces off = places;
+  off.site[1] += T.linear() * Eigen::Vector3d(1, 0, 0);
+  EXPECT_THAT(doubts(off, up), ElementsAre(HasSubstr("control does not fit: ")));
+  off.sigma = {0.5, 0.5, 0.5};
+  EXPECT_THAT(doubts(off, up), IsEmpty());
+  // Millimetres.
+  apps::ControlledPlaces other = places;
+  for (Eigen::Vector3d& place : other.site)
+    place *= 1000;
+  EXPECT_THAT(doubts(other, up),
+              ElementsAre(HasSubstr("control does not fit: "), HasSubstr("are 1000 times those in the map")));
 }
 
 TEST(MapTruth, aBentStreetIsOneFrameAndAScanAsideIsWrong)

@@ -45,8 +45,10 @@ public:
 
   /// A pair is linked once for all maps: the test for places alike comes after all links.
   /// \param[in] check look for places alike
+  /// \param[in] accepted pairs of scans
+  /// \param[in] known scans whose poses are known approximately
   MultiwayMap
-  mapOf(bool check)
+  mapOf(bool check, const std::vector<std::pair<int, int>>& accepted = {}, const std::vector<int>& known = {})
   {
     MultiwayOptions options;
     options.alias.check = check;
@@ -54,6 +56,14 @@ public:
     for (std::size_t i = 0; i < scans_.size(); ++i)
       registration.addScan("s" + std::to_string(i), testing::viewOfPoints(scans_[i].points));
     links_.serve(registration, options);
+    for (const auto& [a, b] : accepted)
+      registration.accept(a, b);
+    for (const int i : known) {
+      PosePrior prior;
+      prior.T_map_scan = scans_[static_cast<std::size_t>(i)].T_world_scan;
+      prior.rotation = 0.05;
+      registration.setPosePrior(i, prior);
+    }
     return registration.run();
   }
 
@@ -109,6 +119,24 @@ TEST(HotelRooms, areNotLaidOntoEachOtherThoughNothingContradicts)
   const MultiwayMap map = hotel.mapOf(true);
   EXPECT_EQ(hotel.countWrong(map), 0U); // scans of the corridor say another place for each
   EXPECT_EQ(map.placed, 8U);            // and are placed
+  // What a person knows of one scan says nothing of the others, of two nothing but how they stand to each other.
+  EXPECT_EQ(hotel.countWrong(hotel.mapOf(true, {}, {0})), 0U);
+  for (const auto& [i, j] : {std::pair<std::size_t, std::size_t>(0, 1), {4, 5}, {10, 11}}) {
+    const MultiwayMap mended = hotel.mapOf(true, {{static_cast<int>(i), static_cast<int>(j)}});
+    EXPECT_EQ(hotel.countWrong(mended), 0U) << i << " " << j;
+    EXPECT_EQ(mended.scans[i].component, mended.scans[j].component);
+  }
+}
+
+TEST(StoreysAlike, standWhereApproximatePosesSay)
+{
+  // Two storeys of three stations; links are looked for without poses here, and most lay the one onto the other.
+  MisleadingBuilding tower("tower", "leica_p20", 15000, {0, 1, 2, 6, 7, 8});
+  EXPECT_GT(tower.countWrong(tower.mapOf(false)), 0U);
+  const MultiwayMap map = tower.mapOf(true, {}, {0, 1, 2, 3, 4, 5});
+  EXPECT_EQ(tower.countWrong(map), 0U);
+  EXPECT_EQ(map.placed, 4U); // by links that are right
+  EXPECT_NE(map.scans[0].component, map.scans[3].component);
 }
 
 /// Groups that contradict each other where the scans are put by \p poses.

@@ -8,6 +8,7 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <functional>
 #include <random>
 
@@ -23,6 +24,7 @@ struct Part {
   std::vector<std::pair<int, int>> pairs;
   std::vector<PlacementEvidence> evidence;
   RivalGroupsConfig config;
+  std::vector<int> tied; ///< tiedScans()
 
   Part(const std::vector<int>& scans, const std::function<double(int, int)>& share)
       : members(scans), pairs(pairsOf(scans))
@@ -33,7 +35,7 @@ struct Part {
   std::optional<RivalGroups>
   find() const
   {
-    return findRivalGroups(members, pairs, evidence, config);
+    return findRivalGroups(members, pairs, evidence, config, tied);
   }
 };
 
@@ -60,6 +62,23 @@ TEST(RivalGroups, storeysOnOneAnother)
               UnorderedElementsAre(ElementsAre(0, 2, 4, 6), ElementsAre(1, 3, 5, 7)));
   EXPECT_NEAR(groups->within, 0.003, 0.0015);
   EXPECT_NEAR(groups->between, 0.02, 0.01);
+}
+
+TEST(RivalGroups, scansThatAPersonTiedAreOfOneGroup)
+{
+  Part part({0, 1, 2, 3, 4, 5, 6, 7}, ofStoreys);
+  part.tied = {0, 1, 2, 3, 4, 5, 0, 5}; // one pair of either storey
+  auto groups = part.find();
+  ASSERT_TRUE(groups);
+  EXPECT_THAT((std::vector<std::vector<int>>{groups->first, groups->second}),
+              UnorderedElementsAre(ElementsAre(0, 2, 4, 6), ElementsAre(1, 3, 5, 7)));
+  part.tied = {0, 1, 2, 3, 4, 5, 6, 6}; // scan 6 of the one and scan 7 of the other
+  groups = part.find();
+  ASSERT_TRUE(groups);
+  EXPECT_EQ(std::count(groups->first.begin(), groups->first.end(), 6),
+            std::count(groups->first.begin(), groups->first.end(), 7));
+  part.tied.assign(8, 3);
+  EXPECT_FALSE(part.find());
 }
 
 TEST(RivalGroups, numbersOfScansDoNotMatter)

@@ -44,6 +44,21 @@ struct ControlFit {
   std::optional<std::size_t> misfit;
   double misfit_distance = 0; ///< of it from where the others put it [m]
   double others = 0;          ///< root mean square residual of the others among themselves [m]
+  Eigen::Isometry3d T_site_map_of_others = Eigen::Isometry3d::Identity();
+};
+
+/// The vertical of a map.
+struct MapVertical {
+  Eigen::Vector3d up = Eigen::Vector3d::UnitZ(); ///< unit, map frame
+  bool is_signed = false;                        ///< else it may be down
+};
+
+/// Places of a map and where they are in the site, N each.
+struct ControlledPlaces {
+  std::vector<std::string> labels;   ///< ControlPoint::label()
+  std::vector<Eigen::Vector3d> map;  ///< [m]
+  std::vector<Eigen::Vector3d> site; ///< [m]
+  std::vector<double> sigma;         ///< standard deviations of those in the map [m]
 };
 
 /** \brief The best rigid motion of places in the map onto those in the site, N each [m].
@@ -51,6 +66,18 @@ struct ControlFit {
  */
 ControlFit
 fitControl(const std::vector<Eigen::Vector3d>& map, const std::vector<Eigen::Vector3d>& site);
+
+/** \brief What speaks against a fit, for people: a point that contradicts the others; else the largest residual, where
+ * it is far more than what map and site are known to, and whether the distances are in another unit; and a vertical of
+ * the map that does not go up in the site, by more than \p tolerance [rad].
+ * \param[in] fit fitControl() of these places
+ * \param[in] vertical none: it is not known
+ */
+std::vector<std::string>
+doubtsOfControl(const ControlledPlaces& places,
+                const ControlFit& fit,
+                const std::optional<MapVertical>& vertical,
+                double tolerance);
 
 } // namespace apps
 } // namespace pcl_ssfr

@@ -123,7 +123,7 @@ outsideOfLargest(const MultiwayMap& map)
 {
   std::vector<std::size_t> outside;
   for (std::size_t i = 0; i < map.scans.size(); ++i)
-    if (map.scans[i].component != 0)
+    if (map.scans[i].component != 0 || map.placed == 0)
       outside.push_back(i);
   return outside;
 }
@@ -263,21 +263,21 @@ mapText(const MapOutput& output)
                        e.scans[i]->rotation_deg,
                        e.scans[i]->translation_m,
                        e.scans[i]->wrong ? " WRONG" : "");
-    text += format("truth: %zu of %zu placed scans are wrong; median %.1f mm (largest %.1f), %.3f deg (largest %.3f)\n",
-                   e.wrong,
-                   e.placed,
-                   1e3 * e.median_translation_m,
-                   1e3 * e.largest_translation_m,
-                   e.median_rotation_deg,
-                   e.largest_rotation_deg);
-    text +=
-        format("truth: medians of pairs %.1f mm, chain %.1f mm, pose graph %.1f mm, joint %.1f mm; normalised error "
-               "squared %.2f\n",
-               1e3 * e.pairs_median_m,
-               1e3 * e.chain_median_m,
-               1e3 * e.graph_median_m,
-               1e3 * e.median_translation_m,
-               e.consistency);
+    text += format("truth: %zu of %zu placed scans are wrong", e.wrong, e.placed);
+    if (e.placed > 0)
+      text += format("; median %.1f mm (largest %.1f), %.3f deg (largest %.3f)\n"
+                     "truth: medians of pairs %.1f mm, chain %.1f mm, pose graph %.1f mm, joint %.1f mm; normalised "
+                     "error squared %.2f",
+                     1e3 * e.median_translation_m,
+                     1e3 * e.largest_translation_m,
+                     e.median_rotation_deg,
+                     e.largest_rotation_deg,
+                     1e3 * e.pairs_median_m,
+                     1e3 * e.chain_median_m,
+                     1e3 * e.graph_median_m,
+                     1e3 * e.median_translation_m,
+                     e.consistency);
+    text += "\n";
   }
   text += format("%.1f s:", output.seconds);
   for (const StageReport& stage : map.stages)

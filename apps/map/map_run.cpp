@@ -4,6 +4,8 @@
 #include <apps/map/map_run.h>
 
 #include "common/angles.h"
+#include "multiway/project_file.h"
+#include "multiway/storeys.h"
 #include "profiles/prepared_data.h"
 
 #include <pcl_ssfr/multiway/multiway_registration.h>
@@ -113,6 +115,8 @@ public:
     places_.resize(map.scans.size(), Eigen::Vector3d::Zero());
     found_sensors_.resize(map.scans.size());
     describeScans(registration, map);
+    if (!control_.empty())
+      findVertical(registration, map);
     toFileCoordinates(map);
     MapOutput output{map, std::nullopt, {}, "ssfr_map " + arguments_.words, 0, 0};
     std::string problem = layOntoControl(map, output);
@@ -153,12 +157,12 @@ private:
     return names;
   }
 
-  /// A decision is one on the links that are stored.
+  /// A decision is one on the map that is there.
   bool
   goesOn() const
   {
     return arguments_.resume || !arguments_.accepted.empty() || !arguments_.rejected.empty() ||
-           !arguments_.pins.empty();
+           !arguments_.pins.empty() || !arguments_.poses.empty() || !arguments_.control.empty() || arguments_.gravity;
   }
 
   int
@@ -254,7 +258,7 @@ private:
     fs::create_directories(arguments_.out, error);
     if (!fs::is_directory(arguments_.out))
       throw io::IoError(arguments_.out + ": the folder cannot be created" + (error ? ": " + error.message() : ""));
-    if (!goesOn() && fs::exists(inFolder("map.sqlite"), error))
+    if (!goesOn() && fs::exists(inFolder("map.sqlite"), error) && ProjectFile::holdsLinks(inFolder("map.sqlite")))
       throw io::IoError(inFolder("map.sqlite") +
                         ": holds a map already; --resume goes on with it, or take another folder");
   }
@@ -334,6 +338,28 @@ private:
     }
   }
 
+  /// The vertical of the largest component: of either sign where no axis of its scans says more.
+  void
+  findVertical(const MultiwayRegistration& registration, const MultiwayMap& map)
+  {
+    std::vector<StoreyScan> scans;
+    Eigen::Vector3d axes = Eigen::Vector3d::Zero();
+    for (std::size_t i = 0; i < map.scans.size(); ++i) {
+      const Eigen::Isometry3d& T = map.scans[i].T_map_scan;
+      if (!map.scans[i].usable || map.scans[i].component != 0)
+        continue;
+      scans.push_back(storeyScan(registration.preparedScan(static_cast<int>(i)), T));
+      axes += T.linear() * arguments_.gravity.value_or(Eigen::Vector3d::UnitZ()).normalized();
+    }
+    const AliasConfig config;
+    const std::optional<Eigen::Vector3d> up =
+        arguments_.gravity ? Eigen::Vector3d(axes.normalized()) : findUp(scans, config);
+    if (!up)
+      return;
+    const double along = axes.dot(*up) / static_cast<double>(scans.size());
+    vertical_ = {along < 0 ? Eigen::Vector3d(-*up) : *up, std::abs(along) > config.level_normal};
+  }
+
   /// Poses so far map points without the offsets that were taken off large coordinates.
   void
   toFileCoordinates(MultiwayMap& map) const
@@ -363,23 +389,24 @@ private:
   {
     if (control_.empty())
       return "";
-    std::vector<Eigen::Vector3d> from, to;
-    std::vector<std::string> labels;
+    ControlledPlaces places;
     for (const ControlPoint& point : control_) {
       const auto i = static_cast<std::size_t>(scanNamed("control", point.scan));
       if (map.scans[i].component != 0)
         continue;
-      labels.push_back(point.label());
-      from.push_back(map.scans[i].T_map_scan * point.in_scan.value_or(places_[i]));
-      to.push_back(point.site);
+      places.labels.push_back(point.label());
+      places.map.push_back(map.scans[i].T_map_scan * point.in_scan.value_or(places_[i]));
+      places.site.push_back(point.site);
+      places.sigma.push_back(map.scans[i].sigma_translation);
     }
     ControlFit fit;
     try {
-      fit = fitControl(from, to);
+      fit = fitControl(places.map, places.site);
     }
     catch (const std::invalid_argument& problem) {
-      return arguments_.control + ": " + std::to_string(labels.size()) + " of " + std::to_string(control_.size()) +
-             " places are of the largest component: " + problem.what() + "; the map was written in its own frame";
+      return arguments_.control + ": " + std::to_string(places.labels.size()) + " of " +
+             std::to_string(control_.size()) + " places are of the largest component: " + problem.what() +
+             "; the map was written in its own frame";
     }
     Eigen::Matrix<double, 6, 6> rotation = Eigen::Matrix<double, 6, 6>::Zero();
     rotation.topLeftCorner<3, 3>() = rotation.bottomRightCorner<3, 3>() = fit.T_site_map.linear();
@@ -389,17 +416,10 @@ private:
           *pose = fit.T_site_map * *pose;
         map.scans[i].covariance = rotation * map.scans[i].covariance * rotation.transpose();
       }
-    for (std::size_t k = 0; k < labels.size(); ++k)
-      output.control.push_back({labels[k], fit.residuals[k]});
-    if (fit.misfit) {
-      char text[120];
-      std::snprintf(text,
-                    sizeof(text),
-                    " is %.3f m from where the other control puts it, which agrees to %.3f m",
-                    fit.misfit_distance,
-                    fit.others);
-      map.notes.push_back("control " + labels[*fit.misfit] + text);
-    }
+    for (std::size_t k = 0; k < places.labels.size(); ++k)
+      output.control.push_back({places.labels[k], fit.residuals[k]});
+    for (std::string& doubt : doubtsOfControl(places, fit, vertical_, MultiwayOptions().gravity_tolerance))
+      map.notes.push_back(std::move(doubt));
     return "";
   }
 
@@ -464,6 +484,7 @@ private:
   std::vector<Eigen::Vector3d> places_;                       ///< of the sensors, in file coordinates [m]
   std::vector<std::optional<Eigen::Vector3d>> found_sensors_; ///< of those, what was found in the points
   std::vector<ScanOutline> outlines_;
+  std::optional<MapVertical> vertical_; ///< of the largest component
 };
 
 } // namespace

@@ -270,8 +270,8 @@ private:
     const PlacementEvidence e = verify(a, b, T_b_a);
     if (!(scoreOf(e) > 0))
       return "it puts surfaces into the free space of other scans";
-    if (join_test_ && !join_test_(pairsAt(a, b, T_b_a)))
-      return "places here look alike, and what is in them is not the same, or two scans would stand at one place";
+    if (std::string reason = join_test_ ? join_test_(pairsAt(a, b, T_b_a)) : ""; !reason.empty())
+      return reason;
     if (votes.agree >= options_.choice.outvoted * votes.disagree)
       return "";
     // Right links may be outvoted by those of places alike: then what all scans of both parts see of each other

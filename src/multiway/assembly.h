@@ -22,8 +22,8 @@ struct PlacedPair {
   int target = 0;
   Eigen::Isometry3d T_target_source;
 };
-/// Whether all pairs of scans of two parts may stand so; asked where places look alike.
-using JoinTest = std::function<bool(const std::vector<PlacedPair>& pairs)>;
+/// Why the pairs of scans of two parts may not stand so, for people; empty: they may.
+using JoinTest = std::function<std::string(const std::vector<PlacedPair>& pairs)>;
 
 /// Scans put together: parts that do not move to each other any more.
 struct Assembly {

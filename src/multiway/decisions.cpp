@@ -4,7 +4,7 @@
 #include "multiway/decisions.h"
 
 #include <algorithm>
-#include <cstddef>
+#include <numeric>
 
 namespace pcl_ssfr {
 
@@ -48,6 +48,22 @@ onOriginals(const Decisions& given, const std::vector<int>& original, const std:
   for (const int scan : given.pinned)
     decisions.pinned.push_back(original[static_cast<std::size_t>(scan)]);
   return decisions;
+}
+
+std::vector<int>
+tiedScans(const Decisions& decisions, const std::vector<int>& placed, std::size_t count)
+{
+  std::vector<int> tied(count);
+  std::iota(tied.begin(), tied.end(), 0);
+  const auto tie = [&](int a, int b) {
+    const int of_a = tied[static_cast<std::size_t>(a)], of_b = tied[static_cast<std::size_t>(b)];
+    std::replace(tied.begin(), tied.end(), of_b, of_a);
+  };
+  for (const auto& [a, b] : decisions.accepted)
+    tie(a, b);
+  for (const int i : placed)
+    tie(placed.front(), i);
+  return tied;
 }
 
 std::vector<std::pair<std::string, std::string>>

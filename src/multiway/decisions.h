@@ -5,6 +5,7 @@
 
 #include <pcl_ssfr/multiway/multiway_map.h>
 
+#include <cstddef>
 #include <set>
 #include <string>
 #include <utility>
@@ -25,6 +26,14 @@ struct Decisions {
  */
 Decisions
 onOriginals(const Decisions& given, const std::vector<int>& original, const std::vector<MapScan>& scans);
+
+/** \brief Scans that a person tied to each other: by accepted links, in a row as well.
+ * \param[in] placed scans of which a person said where they are: all of these are tied to each other
+ * \param[in] count of all scans
+ * \return of each scan a number that those tied to it have too
+ */
+std::vector<int>
+tiedScans(const Decisions& decisions, const std::vector<int>& placed, std::size_t count);
 
 /// As the project keeps them: kind ("accept", "reject", "pin") and the names of the scans.
 std::vector<std::pair<std::string, std::string>>

@@ -152,7 +152,11 @@ describeLink(std::size_t k, const ChosenMap& chosen, const MapInput& input, cons
   const std::pair<int, int> key(pair.source, pair.target);
   if (used >= 0) {
     link.status = LinkStatus::Used;
-    link.reason = chosen.decisions.accepted.count(key) > 0 ? "accepted by a person" : "";
+    link.reason.clear();
+    if (chosen.decisions.accepted.count(key) > 0) {
+      link.reason = "accepted by a person";
+      link.confidence = h.probability; // weighed, it is sure
+    }
     const LinkFigures figures =
         figuresAt(input.prepared[source], input.prepared[target], relative(chosen.assembly.poses, pair), input.options);
     link.overlap = figures.overlap;

@@ -3,6 +3,7 @@
 
 #include "multiway/map_stages.h"
 
+#include "common/angles.h"
 #include "common/parallel.h"
 #include "common/stage_clock.h"
 #include "judgement/scored_pose.h"
@@ -17,6 +18,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <map>
 #include <numeric>
 #include <set>
@@ -44,7 +46,8 @@ public:
            MultiwayMap& map,
            const MultiwayRegistration::Progress& progress)
       : input_(input), links_(links), map_(map), progress_(progress), threads_(static_cast<int>(input.options.threads)),
-        places_(placesOf(input, map)), evidence_(input, map, places_), alike_(input, links, map, places_, evidence_)
+        places_(placesOf(input, map)), evidence_(input, map, places_), alike_(input, links, map, places_, evidence_),
+        accepted_(tiedScans(input.decisions, {}, map.scans.size()))
   {
     for (const MapScan& scan : map.scans)
       names_.push_back(scan.name);
@@ -97,13 +100,33 @@ private:
     Placement placed;
     placed.graph = weighHypotheses(links_, places_, input_.decisions, input_.options, excluded);
     report("choose", 1, 3);
+    const JoinTest may_stand = [&](const std::vector<PlacedPair>& pairs) {
+      std::string reason = againstPoses(pairs);
+      return reason.empty() && join_test ? join_test(pairs) : reason;
+    };
     placed.assembly = assemble(
-        links_, placed.graph, places_, evidenceFunction(), input_.decisions, names_, input_.options, join_test);
+        links_, placed.graph, places_, evidenceFunction(), input_.decisions, names_, input_.options, may_stand);
     report("choose", 2, 3);
     placed.reasons.resize(names_.size());
     separateHanging(placed);
     report("choose", 3, 3);
     return placed;
+  }
+
+  /// Why scans whose poses are known approximately cannot stand so; empty: they may.
+  std::string
+  againstPoses(const std::vector<PlacedPair>& pairs) const
+  {
+    for (const PlacedPair& pair : pairs) {
+      const auto s = static_cast<std::size_t>(pair.source), t = static_cast<std::size_t>(pair.target);
+      if (!input_.priors[s] || !input_.priors[t])
+        continue;
+      const PairGuess guess = guessOf(*input_.priors[s], *input_.priors[t], places_[s], places_[t]);
+      if (rotationBetween(guess.T_target_source, pair.T_target_source) > guess.tolerance.rotation ||
+          translationBetween(guess.T_target_source, pair.T_target_source, places_[s]) > guess.tolerance.translation)
+        return "approximate poses say otherwise of " + name(pair.source) + " and " + name(pair.target);
+    }
+    return "";
   }
 
   std::set<int>
@@ -163,7 +186,11 @@ private:
   chooseByFurniture(const std::set<int>& in_doubt)
   {
     alike_.findFurniture();
-    const JoinTest join_test = [this](const std::vector<PlacedPair>& pairs) { return alike_.mayStand(pairs); };
+    const JoinTest join_test = [this](const std::vector<PlacedPair>& pairs) -> std::string {
+      if (alike_.mayStand(pairs))
+        return "";
+      return "places here look alike, and what is in them is not the same, or two scans would stand at one place";
+    };
     ExcludedHypotheses excluded = alike_.excluded(in_doubt);
     Placement placed = choose(excluded, join_test);
     adjust(placed);
@@ -206,7 +233,7 @@ private:
       map_.notes.push_back(doubt.note);
       out.insert(out.end(), doubt.scans.begin(), doubt.scans.end());
     }
-    return putApart(out, reason, placed);
+    return putApart(out, reason, alike_.tied(), placed);
   }
 
   EvidenceFunction
@@ -234,6 +261,7 @@ private:
       progress_(stage, done, total);
   }
 
+  /// What speaks against an accepted link is noted.
   void
   checkDecisions() const
   {
@@ -246,6 +274,17 @@ private:
                             names_[static_cast<std::size_t>(pair.second)] +
                             " cannot be accepted: no pose of these scans was found" +
                             (link == links_.end() ? "" : ": " + link->message));
+      const PairHypothesis& best = link->hypotheses.front();
+      if (link->status == Status::Converged && best.probability >= input_.options.choice.sure)
+        continue;
+      char text[120];
+      std::snprintf(text,
+                    sizeof(text),
+                    " is of little probability by the pair itself: %.2f, with an overlap of %.0f %%",
+                    best.probability,
+                    100 * best.overlap);
+      map_.notes.push_back("the accepted link " + name(pair.first) + ", " + name(pair.second) + text +
+                           (link->message.empty() ? "" : " (" + link->message + ")"));
     }
   }
 
@@ -273,39 +312,47 @@ private:
     return fixed;
   }
 
-  /// A person accepted a link of the scan to another one of its part.
-  bool
-  isAccepted(int scan, const Assembly& assembly) const
+  /// What a person said of a scan that is tied to others, for people.
+  const char*
+  whoPuts(int scan) const
   {
-    return std::any_of(
-        input_.decisions.accepted.begin(), input_.decisions.accepted.end(), [&](const std::pair<int, int>& pair) {
-          return (pair.first == scan || pair.second == scan) &&
-                 assembly.part[static_cast<std::size_t>(pair.first)] ==
-                     assembly.part[static_cast<std::size_t>(pair.second)];
-        });
+    const auto& accepted = input_.decisions.accepted;
+    return std::any_of(accepted.begin(),
+                       accepted.end(),
+                       [scan](const auto& pair) { return pair.first == scan || pair.second == scan; })
+               ? "a link puts it that a person accepted"
+               : "approximate poses put it";
   }
 
-  /** \brief Put scans apart, each into a part of its own, for one reason; the links of all are chosen anew. What a
-   * person accepted stays together, with a note.
+  /** \brief Put scans apart, each into a part of its own, for one reason; the links of all are chosen anew. Those that
+   * a person tied to each other stay together: where scans of the part are tied to them that are not put apart, with
+   * these, and with a note.
+   * \param[in] tied tiedScans()
    * \return whether there are any
    */
   bool
-  putApart(const std::vector<int>& scans, const char* reason, Placement& placed) const
+  putApart(const std::vector<int>& scans, const char* reason, const std::vector<int>& tied, Placement& placed) const
   {
     Assembly& assembly = placed.assembly;
-    bool is_any = false;
-    for (const int i : scans) {
-      if (isAccepted(i, assembly)) {
-        const std::string note = name(i) + " stays where a link puts it that a person accepted, though " + reason;
+    const std::set<int> out(scans.begin(), scans.end());
+    const auto piece = [&tied, before = assembly.part](std::size_t i) { return std::pair(before[i], tied[i]); };
+    std::set<std::pair<int, int>> staying;
+    for (std::size_t i = 0; i < tied.size(); ++i)
+      if (out.count(static_cast<int>(i)) == 0)
+        staying.insert(piece(i));
+    std::map<std::pair<int, int>, int> parts; // of the pieces that are put apart
+    for (const int scan : out) {
+      const auto i = static_cast<std::size_t>(scan);
+      if (staying.count(piece(i)) > 0) {
+        const std::string note = name(scan) + " stays where " + whoPuts(scan) + ", though " + reason;
         if (std::find(map_.notes.begin(), map_.notes.end(), note) == map_.notes.end())
           map_.notes.push_back(note);
         continue;
       }
-      assembly.part[static_cast<std::size_t>(i)] = nextPart(assembly);
-      placed.reasons[static_cast<std::size_t>(i)] = reason;
-      is_any = true;
+      assembly.part[i] = parts.try_emplace(piece(i), nextPart(assembly)).first->second;
+      placed.reasons[i] = reason;
     }
-    if (!is_any)
+    if (parts.empty())
       return false;
     chooseLinks(assembly, links_, placed.graph, places_, input_.options.choice);
     splitUnconnected(assembly, links_, placed.graph, input_.options.choice);
@@ -329,6 +376,7 @@ private:
     }
     return putApart(out,
                     "where its links put it, its surfaces hang in the free space of other scans, or theirs in its own",
+                    accepted_,
                     placed);
   }
 
@@ -347,7 +395,10 @@ private:
                                                      input_.options,
                                                      threads_);
     placed.misled = alike_.misled(placed.assembly, out);
-    return putApart(out, "another place in the map explains its surfaces nearly as well, or better", placed);
+    return putApart(out,
+                    "another place in the map explains its surfaces nearly as well, or better",
+                    piles.empty() ? accepted_ : alike_.tied(),
+                    placed);
   }
 
   void
@@ -426,11 +477,26 @@ private:
   std::vector<Eigen::Vector3d> places_; ///< of the sensors in the frames of their scans [m]
   PlacedEvidence evidence_;
   PlacesAlike alike_;
+  std::vector<int> accepted_; ///< tiedScans() by accepted links alone
   std::vector<Eigen::Matrix<double, 6, 6>> covariances_;
   double squares_before_ = 0, squares_ = 0, weight_ = 0;
 };
 
 } // namespace
+
+PairGuess
+guessOf(const PosePrior& source,
+        const PosePrior& target,
+        const Eigen::Vector3d& source_place,
+        const Eigen::Vector3d& target_place)
+{
+  const double distance = (source.T_map_scan * source_place - target.T_map_scan * target_place).norm();
+  PairGuess guess;
+  guess.T_target_source = target.T_map_scan.inverse() * source.T_map_scan;
+  guess.tolerance.rotation = std::min(kPi, source.rotation + target.rotation);
+  guess.tolerance.translation = source.translation + target.translation + distance * target.rotation;
+  return guess;
+}
 
 void
 makeMap(const MapInput& input,

@@ -77,14 +77,10 @@ struct MultiwayRegistration::State {
     const auto& t = priors[static_cast<std::size_t>(target)];
     if (!s || !t)
       return std::nullopt;
-    const auto sensor = [this](const PosePrior& prior, int scan) {
-      return Eigen::Vector3d(prior.T_map_scan * placeOf(prepared[static_cast<std::size_t>(scan)]));
-    };
-    const double distance = (sensor(*s, source) - sensor(*t, target)).norm();
-    GuessTolerance tolerance;
-    tolerance.rotation = std::min(kPi, s->rotation + t->rotation);
-    tolerance.translation = s->translation + t->translation + distance * t->rotation;
-    return PairGuess{t->T_map_scan.inverse() * s->T_map_scan, tolerance};
+    return guessOf(*s,
+                   *t,
+                   placeOf(prepared[static_cast<std::size_t>(source)]),
+                   placeOf(prepared[static_cast<std::size_t>(target)]));
   }
 
   void
@@ -467,8 +463,11 @@ MultiwayRegistration::run(const Progress& progress)
   std::string reason;
   for (std::size_t i = 0; i < s.scans.size(); ++i) {
     usable += s.isLinked(i) ? 1 : 0;
-    if (reason.empty() && !s.scans[i].usable)
-      reason = "; " + s.scans[i].name + ": " + s.scans[i].reason;
+    if (reason.empty() && !s.isLinked(i))
+      reason =
+          "; " + s.scans[i].name + ": " +
+          (s.scans[i].usable ? "it holds the same points as " + s.scans[static_cast<std::size_t>(s.original[i])].name
+                             : s.scans[i].reason);
   }
   if (usable < 2)
     throw std::invalid_argument("a map takes two scans or more, " + std::to_string(usable) + " of " +

@@ -7,12 +7,10 @@
 #include "multiway/parts.h"
 #include "multiway/rival_places.h"
 #include "multiway/scan_pair.h"
-#include "profiles/prepared_data.h"
 
 #include <algorithm>
 #include <cstdint>
 #include <utility>
-#include <variant>
 
 namespace pcl_ssfr {
 
@@ -35,7 +33,13 @@ PlacesAlike::PlacesAlike(const MapInput& input,
                          const std::vector<Eigen::Vector3d>& places,
                          PlacedEvidence& evidence)
     : input_(input), links_(links), map_(map), places_(places), evidence_(evidence)
-{}
+{
+  std::vector<int> placed;
+  for (std::size_t i = 0; i < input.priors.size(); ++i)
+    if (input.priors[i])
+      placed.push_back(static_cast<int>(i));
+  tied_ = tiedScans(input.decisions, placed, input.priors.size());
+}
 
 std::set<int>
 PlacesAlike::inDoubt(const Assembly& assembly, const HypothesisGraph& graph) const
@@ -54,7 +58,7 @@ PlacesAlike::excludedBy(const std::set<int>& in_doubt, const Test& is_out) const
   std::vector<std::pair<std::size_t, std::size_t>> all;
   for (std::size_t k = 0; k < links_.size(); ++k)
     if (in_doubt.count(links_[k].source) + in_doubt.count(links_[k].target) > 0 &&
-        input_.decisions.accepted.count({links_[k].source, links_[k].target}) == 0)
+        !isDecided({links_[k].source, links_[k].target}))
       for (std::size_t rank = 0; rank < links_[k].hypotheses.size(); ++rank)
         all.emplace_back(k, rank);
   std::vector<char> found(all.size(), 0);
@@ -102,8 +106,10 @@ PlacesAlike::furniture(int source, int target, const Eigen::Isometry3d& T_target
 }
 
 bool
-PlacesAlike::mayStand(const std::vector<PlacedPair>& pairs) const
+PlacesAlike::mayStand(std::vector<PlacedPair> pairs) const
 {
+  const auto is_decided = [&](const PlacedPair& pair) { return isDecided({pair.source, pair.target}); };
+  pairs.erase(std::remove_if(pairs.begin(), pairs.end(), is_decided), pairs.end());
   const auto isOneStation = [&](const PlacedPair& pair) {
     const Eigen::Vector3d& place = places_[static_cast<std::size_t>(pair.source)];
     const Eigen::Vector3d& other = places_[static_cast<std::size_t>(pair.target)];
@@ -135,7 +141,7 @@ PlacesAlike::rivalsOf(const Assembly& assembly, const std::vector<int>& members)
   if (auto groups = rivalsByFurniture(assembly, members))
     return groups;
   const auto pairs = pairsOf(members);
-  return findRivalGroups(members, pairs, evidence_.of(assembly, members, pairs), input_.options.rival_groups);
+  return findRivalGroups(members, pairs, evidence_.of(assembly, members, pairs), input_.options.rival_groups, tied_);
 }
 
 std::optional<RivalGroups>
@@ -155,7 +161,7 @@ PlacesAlike::rivalsByFurniture(const Assembly& assembly, const std::vector<int>&
   });
   RivalGroupsConfig config = input_.options.rival_groups;
   config.seen_through = input_.options.furniture.seen_through / 2; // the median of wrong groups is about that
-  return findRivalGroups(members, pairs, evidence, config);
+  return findRivalGroups(members, pairs, evidence, config, tied_);
 }
 
 ExcludedHypotheses
@@ -238,7 +244,7 @@ PlacesAlike::sameStations(const Assembly& assembly, const std::set<int>& in_doub
     const ChoiceConfig& choice = input_.options.choice;
     const std::vector<int> found =
         scansOf(pilesOf(assembly, members, choice.loose * choice.same_translation, SeenInPile::TheSame));
-    if (!found.empty())
+    if (!isDecided(found))
       doubts.push_back({found,
                         inWords(found) +
                             " would stand at one place and see the same, where places look alike: they are kept "
@@ -267,7 +273,7 @@ PlacesAlike::contradictingStations(const Assembly& assembly) const
         contradicting[i] = std::move(pile);
     }
     const std::vector<int> found = scansOf(contradicting);
-    if (!found.empty())
+    if (!isDecided(found))
       doubts.push_back({found,
                         inWords(found) +
                             " would stand at one place and contradict each other: rooms that look alike; they are "
@@ -302,7 +308,7 @@ PlacesAlike::repeatedStations(const Assembly& assembly) const
   for (const std::vector<int>& members : undecidedParts(assembly, 1)) {
     const std::vector<int> found =
         scansOf(pilesOf(assembly, members, input_.options.choice.same_translation, SeenInPile::TheSame));
-    if (!found.empty())
+    if (!isDecided(found))
       notes.push_back(inWords(found) +
                       " stand where others do and see the same: if they were not taken there, places look alike and "
                       "are laid onto one another (--reject or approximate --poses decide)");
@@ -343,22 +349,20 @@ PlacesAlike::storeys(const Assembly& assembly) const
     std::vector<StoreyScan> scans;
     for (const int member : members) {
       const auto i = static_cast<std::size_t>(member);
-      const auto& patches = std::get<PatchScan>(input_.prepared[i].data().scan);
-      StoreyScan storey;
-      storey.surface = &patches.patches.samples;
-      storey.T_map_surface = assembly.poses[i] * Eigen::Translation3d(patches.origin);
-      storey.place = assembly.poses[i] * places_[i];
-      scans.push_back(storey);
+      scans.push_back(storeyScan(input_.prepared[i], assembly.poses[i]));
     }
     const std::optional<Eigen::Vector3d> up = upOf(assembly, members, scans);
     const double same_place = input_.options.choice.same_translation;
     const std::optional<StoreyDoubt> found =
         up ? findStoreyDoubt(scans, *up, members.size() < usable, same_place, input_.options.alias) : std::nullopt;
-    if (!found)
+    std::vector<int> level;
+    for (std::size_t k = 0; found && k < found->level.size(); ++k)
+      level.push_back(members[found->level[k]]);
+    if (isDecided(level))
       continue;
     Doubt doubt;
     doubt.note =
-        "a storey of " + std::to_string(found->level.size()) +
+        "a storey of " + std::to_string(level.size()) +
         " scans may be several that look alike, laid onto one another: stairs lead from it to no other level, and no "
         "scan distinguishes the storeys; its scans are kept apart (approximate --poses or --accept decide)";
     for (const std::size_t k : scansInDoubt(scans, *found, same_place))
@@ -378,15 +382,11 @@ PlacesAlike::undecidedParts(const Assembly& assembly, std::size_t least) const
   return parts;
 }
 
-/// Whether a person said where a scan of the part is.
 bool
-PlacesAlike::isDecided(const std::vector<int>& members) const
+PlacesAlike::isDecided(const std::vector<int>& scans) const
 {
-  return std::any_of(members.begin(), members.end(), [&](int i) {
-    return input_.priors[static_cast<std::size_t>(i)].has_value() ||
-           std::any_of(input_.decisions.accepted.begin(), input_.decisions.accepted.end(), [&](const auto& pair) {
-             return pair.first == i || pair.second == i;
-           });
+  return std::all_of(scans.begin(), scans.end(), [&](int i) {
+    return tied_[static_cast<std::size_t>(i)] == tied_[static_cast<std::size_t>(scans.front())];
   });
 }
 

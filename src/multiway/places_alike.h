@@ -27,8 +27,9 @@ struct Doubt {
 
 /** \brief The tests for places that look alike (MAPS, "Places that look alike" and "Storeys alike").
  *
- * Links of places alike agree with each other, so what the links say is not enough. No test touches a part of which a
- * person said where a scan is; what finds parts in doubt finds none where AliasConfig::check is off.
+ * Links of places alike agree with each other, so what the links say is not enough. What a person said decides about
+ * the scans that it ties to each other, tiedScans(), and about no other one; what finds parts in doubt finds none where
+ * AliasConfig::check is off.
  */
 class PlacesAlike {
 public:
@@ -39,6 +40,13 @@ public:
               const MultiwayMap& map,
               const std::vector<Eigen::Vector3d>& places,
               PlacedEvidence& evidence);
+
+  /// tiedScans() by accepted links and approximate poses.
+  const std::vector<int>&
+  tied() const
+  {
+    return tied_;
+  }
 
   /// Find the furniture of all scans, before mayStand(), excluded() and betweenRivals().
   void
@@ -63,7 +71,7 @@ public:
    * jobs, as cars leave and poses of pairs are not exact.
    */
   bool
-  mayStand(const std::vector<PlacedPair>& pairs) const;
+  mayStand(std::vector<PlacedPair> pairs) const;
 
   /// Hypotheses of the scans in doubt that put them where they may not stand.
   ExcludedHypotheses
@@ -120,7 +128,7 @@ private:
   rivalsOf(const Assembly& assembly, const std::vector<int>& members) const;
   std::optional<RivalGroups>
   rivalsByFurniture(const Assembly& assembly, const std::vector<int>& members) const;
-  /// Hypotheses of the scans in doubt, but for what a person accepted, that the test finds to be out.
+  /// Hypotheses of the scans in doubt, but for those of scans that are tied, that the test finds to be out.
   template <typename Test>
   ExcludedHypotheses
   excludedBy(const std::set<int>& in_doubt, const Test& is_out) const;
@@ -131,11 +139,12 @@ private:
   pilesOf(const Assembly& assembly, const std::vector<int>& members, double within, SeenInPile seen) const;
   PlacementEvidence
   furniture(int source, int target, const Eigen::Isometry3d& T_target_source) const;
-  /// Parts of at least so many scans of which a person said nothing.
+  /// Parts of at least so many scans that are not decided.
   std::vector<std::vector<int>>
   undecidedParts(const Assembly& assembly, std::size_t least) const;
+  /// Whether a person tied all of some scans to each other, or there are none.
   bool
-  isDecided(const std::vector<int>& members) const;
+  isDecided(const std::vector<int>& scans) const;
   std::optional<Eigen::Vector3d>
   upOf(const Assembly& assembly, const std::vector<int>& members, const std::vector<StoreyScan>& scans) const;
   const std::string&
@@ -149,6 +158,7 @@ private:
   const MultiwayMap& map_;
   const std::vector<Eigen::Vector3d>& places_;
   PlacedEvidence& evidence_;
+  std::vector<int> tied_;
   std::vector<OrientedSamples> furniture_; ///< of each scan; empty before findFurniture()
 };
 

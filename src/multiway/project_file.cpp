@@ -86,6 +86,20 @@ asInteger(std::uint64_t hash)
 
 } // namespace
 
+bool
+ProjectFile::holdsLinks(const std::string& path)
+{
+  sqlite3* database = nullptr;
+  sqlite3_stmt* statement = nullptr;
+  const bool holds_none =
+      sqlite3_open_v2(path.c_str(), &database, SQLITE_OPEN_READWRITE, nullptr) == SQLITE_OK &&
+      sqlite3_prepare_v2(database, "SELECT 1 FROM pairs LIMIT 1", -1, &statement, nullptr) == SQLITE_OK &&
+      sqlite3_step(statement) == SQLITE_DONE;
+  sqlite3_finalize(statement);
+  sqlite3_close(database);
+  return !holds_none;
+}
+
 ProjectFile::ProjectFile(const std::string& path, bool resume) : path_(path)
 {
   try {

@@ -25,6 +25,10 @@ namespace pcl_ssfr {
  */
 class ProjectFile {
 public:
+  /// Whether there is anything to go on with; true as well of a file that cannot be read, or is none of ours.
+  static bool
+  holdsLinks(const std::string& path);
+
   /// \param[in] resume false: links of earlier runs are dropped
   ProjectFile(const std::string& path, bool resume);
   ~ProjectFile();

@@ -40,7 +40,8 @@ public:
   Clustering(const std::vector<int>& members,
              const std::vector<std::pair<int, int>>& pairs,
              const std::vector<PlacementEvidence>& evidence,
-             const RivalGroupsConfig& config)
+             const RivalGroupsConfig& config,
+             const std::vector<int>& tied)
       : config_(config), members_(members)
   {
     const auto n = static_cast<Eigen::Index>(members.size());
@@ -57,6 +58,13 @@ public:
     between_seen_through_ = seen_through_;
     for (Eigen::Index i = 0; i < n; ++i)
       clusters_.push_back({i});
+    const auto isTied = [&](std::size_t a, std::size_t b) {
+      return tied[static_cast<std::size_t>(members[a])] == tied[static_cast<std::size_t>(members[b])];
+    };
+    for (std::size_t a = 0; a < members.size() && !tied.empty(); ++a)
+      for (std::size_t b = a + 1; b < members.size() && !clusters_[a].empty(); ++b)
+        if (isTied(a, b))
+          join(a, b);
   }
 
   std::optional<RivalGroups>
@@ -169,9 +177,10 @@ std::optional<RivalGroups>
 findRivalGroups(const std::vector<int>& members,
                 const std::vector<std::pair<int, int>>& pairs,
                 const std::vector<PlacementEvidence>& evidence,
-                const RivalGroupsConfig& config)
+                const RivalGroupsConfig& config,
+                const std::vector<int>& tied)
 {
-  return Clustering(members, pairs, evidence, config).run();
+  return Clustering(members, pairs, evidence, config, tied).run();
 }
 
 } // namespace pcl_ssfr

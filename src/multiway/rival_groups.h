@@ -33,12 +33,14 @@ struct RivalGroups {
  * \param[in] members scans of the part, ascending
  * \param[in] pairs of members, smaller first, each at most once
  * \param[in] evidence of each pair, where the map puts them; of total 0 (furniture) it counts whatever share is matched
+ * \param[in] tied tiedScans(), which are one cluster from the start and so are not held against each other; empty: none
  * \return the first two clusters that are rivals; none: there are not any
  */
 std::optional<RivalGroups>
 findRivalGroups(const std::vector<int>& members,
                 const std::vector<std::pair<int, int>>& pairs,
                 const std::vector<PlacementEvidence>& evidence,
-                const RivalGroupsConfig& config);
+                const RivalGroupsConfig& config,
+                const std::vector<int>& tied = {});
 
 } // namespace pcl_ssfr

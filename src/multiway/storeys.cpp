@@ -4,6 +4,8 @@
 #include "multiway/storeys.h"
 
 #include "common/angles.h"
+#include "multiway/scan_pair.h"
+#include "profiles/prepared_data.h"
 
 #include <Eigen/Eigenvalues>
 
@@ -12,6 +14,7 @@
 #include <limits>
 #include <set>
 #include <utility>
+#include <variant>
 
 namespace pcl_ssfr {
 
@@ -214,6 +217,13 @@ haveManyPlaces(const std::vector<StoreyScan>& scans,
 }
 
 } // namespace
+
+StoreyScan
+storeyScan(const PreparedScan& scan, const Eigen::Isometry3d& T_map_scan)
+{
+  const auto& patches = std::get<PatchScan>(scan.data().scan);
+  return {&patches.patches.samples, T_map_scan * Eigen::Translation3d(patches.origin), T_map_scan * placeOf(scan)};
+}
 
 std::optional<Eigen::Vector3d>
 findUp(const std::vector<StoreyScan>& scans, const AliasConfig& config)

@@ -6,6 +6,7 @@
 #include "common/types.h"
 
 #include <pcl_ssfr/multiway/multiway_options.h>
+#include <pcl_ssfr/prepared_scan.h>
 
 #include <Eigen/Geometry>
 
@@ -21,6 +22,10 @@ struct StoreyScan {
   Eigen::Isometry3d T_map_surface = Eigen::Isometry3d::Identity(); ///< of the frame of the patches
   Eigen::Vector3d place = Eigen::Vector3d::Zero();                 ///< of the sensor in the map [m]
 };
+
+/// \param[in] scan which outlives it, of patches
+StoreyScan
+storeyScan(const PreparedScan& scan, const Eigen::Isometry3d& T_map_scan);
 
 /// Why a part may be several storeys laid onto one another.
 struct StoreyDoubt {

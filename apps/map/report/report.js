@@ -32,7 +32,11 @@
   figure(summary.links.used, "links used");
   figure(summary.links.rejected + summary.links.ambiguous, "rejected or ambiguous");
   figure(`${number(summary.time_s, 1)} s`, "time");
-  if (summary.truth && summary.truth.placed) figure(`${number(1e3 * summary.truth.median_translation_m, 1)} mm`, "median error to the truth");
+  if (summary.truth) {
+    const { wrong, placed, median_translation_m: median } = summary.truth;
+    figure(`${wrong} of ${placed}`, "placed scans wrong by the truth");
+    if (wrong < placed) figure(`${number(1e3 * median, 1)} mm`, "median error of the others");
+  }
   for (const note of summary.notes) element(byId("notes"), "p", note).className = "note";
 
   // Tables that sort by a click on a heading.
@@ -105,7 +109,7 @@
   };
   table("unplaced", [["Scan", (s) => s.name], ["Component", (s) => s.component], ["Why", (s) => s.reason],
                      ["What would help", help]],
-        scans.filter((s) => s.component !== 0), "All scans are in one component.");
+        scans.filter((s) => s.component !== 0 || !summary.placed), "All scans are in one component.");
   table("bridges", [["Source", (l) => nameOf(l.source)], ["Target", (l) => nameOf(l.target)],
                     ["Confidence", (l) => l.confidence, 3], ["Overlap %", (l) => 100 * l.overlap, 0]],
         links.filter((l) => l.bridge), "None: without any one link the map still holds together.", (l) => chooseLink(l));

@@ -76,9 +76,9 @@ struct MapLink {
   int source = 0;                       ///< number of a scan, less than target
   int target = 0;                       ///< number of the other scan
   LinkStatus status = LinkStatus::None; ///< what became of it
-  double confidence = 0;                ///< that its pose is right, all pairs of the job considered, [0, 1]
-  double overlap = 0; ///< share of the surface that meets, at the pose of the map where it is used, [0, 1]
-  double rmse = 0;    ///< of plane distances of both scans [m], likewise
+  double confidence = 0; ///< that its pose is right, all pairs considered; of an accepted one by itself; [0, 1]
+  double overlap = 0;    ///< share of the surface that meets, at the pose of the map where it is used, [0, 1]
+  double rmse = 0;       ///< of plane distances of both scans [m], likewise
   Eigen::Vector3d strength = Eigen::Vector3d::Zero(); ///< share of the matched surface that faces x, y, z of the target
   double below_6mm = 0;                               ///< share of the matches with a plane distance below 6 mm, [0, 1]
   double residual_rotation = 0;                       ///< between the link's own pose and the map [rad]
