@@ -906,6 +906,11 @@ TEST_F(MapProgram, whereNothingIsLinkedEveryScanHasItsReason)
     EXPECT_THAT(apart.out, HasSubstr(std::string("\n") + name + ": "));
   EXPECT_THAT(apart.out, HasSubstr("truth: 0 of 0 placed scans are wrong\n"));
   EXPECT_THAT(apart.out, Not(HasSubstr("nan")));
+  // One of two is as good as the other: their error says nothing of the covariance.
+  io::writeFile(out("wrong.txt"), "s0.pcd 0 0 0 0 0 0 1\ns1.pcd 99 0 0 0 0 0 1\n");
+  const Outcome two = run("'" + out("in") + "/s0.pcd' '" + out("in") + "/s1.pcd' --out '" + out("two") + "' --truth '" +
+                          out("wrong.txt") + "'");
+  EXPECT_THAT(two.out, AllOf(HasSubstr("truth: 1 of 2 placed scans are wrong"), Not(HasSubstr("nan"))));
 }
 
 TEST(MapOptions, whichPairsAreLinked)

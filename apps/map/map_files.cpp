@@ -267,7 +267,7 @@ mapText(const MapOutput& output)
     if (e.placed > 0)
       text += format("; median %.1f mm (largest %.1f), %.3f deg (largest %.3f)\n"
                      "truth: medians of pairs %.1f mm, chain %.1f mm, pose graph %.1f mm, joint %.1f mm; normalised "
-                     "error squared %.2f",
+                     "error squared %s",
                      1e3 * e.median_translation_m,
                      1e3 * e.largest_translation_m,
                      e.median_rotation_deg,
@@ -276,7 +276,7 @@ mapText(const MapOutput& output)
                      1e3 * e.chain_median_m,
                      1e3 * e.graph_median_m,
                      1e3 * e.median_translation_m,
-                     e.consistency);
+                     std::isnan(e.consistency) ? "unknown" : format("%.2f", e.consistency).c_str());
     text += "\n";
   }
   text += format("%.1f s:", output.seconds);
