@@ -511,7 +511,7 @@ TEST_F(Room, aPoseOfFewDigitsLeavesTheMapRigid)
   registration.addScan("s1", view(1));
   PosePrior prior;
   prior.T_map_scan.matrix().topLeftCorner<2, 2>() << 0.707, -0.707, 0.707, 0.707;
-  prior.T_map_scan.translation() = {100, 50, 0};
+  prior.T_map_scan.translation() << 100, 50, 0;
   registration.setPosePrior(0, prior);
   room_links_.serve(registration);
   for (const MapScan& scan : registration.run().scans) {
