@@ -294,16 +294,6 @@ TEST(PatchIndex, CountsWhatFacesWithinTheAngle)
   }
 }
 
-TEST(PatchIndex, CountsEitherSideOfAPlaceWithoutASign)
-{
-  PatchIndex::Probes probes;
-  probes.add({1, 0, 0}, -Eigen::Vector3f::UnitX());
-  probes.add({1, 0, 0}, -Eigen::Vector3f::UnitX(), true);
-  const PatchIndex index(oneWall(), 0.5, 0.1, 0.3);
-  EXPECT_EQ(index.countFacing(probes, 0, 1, Eigen::Vector3f::Zero()), 0);
-  EXPECT_EQ(index.countFacing(probes, 1, 2, Eigen::Vector3f::Zero()), 1);
-}
-
 TEST(ShiftLine, EverySecondOfIt)
 {
   const ShiftLine line{{1, 2, 3}, {0.1f, 0.7f, -0.3f}, 7};

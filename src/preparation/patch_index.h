@@ -72,17 +72,15 @@ public:
   /// Places with directions, as countFacing() reads them: arrays, so that the compiler can handle several at once.
   struct Probes {
     std::vector<float> x, y, z;           ///< [m]
-    std::vector<std::uint64_t> direction; ///< the bit of the class, of both where the sign carries no information
+    std::vector<std::uint64_t> direction; ///< the bit of the class
 
     void
-    add(const Eigen::Vector3f& p, const Eigen::Vector3f& n, bool either_side = false)
+    add(const Eigen::Vector3f& p, const Eigen::Vector3f& n)
     {
       x.push_back(p.x());
       y.push_back(p.y());
       z.push_back(p.z());
       direction.push_back(std::uint64_t{1} << directionClass(n));
-      if (either_side)
-        direction.back() |= std::uint64_t{1} << directionClass(-n);
     }
   };
 

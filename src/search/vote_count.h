@@ -34,7 +34,7 @@ public:
     const auto add = [&](bool screened) {
       for (Eigen::Index i = 0; i < votes.points.cols(); ++i)
         if ((i % kScreeningStride == 0) == screened)
-          probes_.add(rotation * votes.points.col(i), rotation * votes.normals.col(i), options.match.either_side);
+          probes_.add(rotation * votes.points.col(i), rotation * votes.normals.col(i));
       return probes_.x.size();
     };
     screened_ = add(true);
