@@ -9,7 +9,6 @@
 #include <cerrno>
 #include <cstdio>
 #include <filesystem>
-#include <memory>
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -19,15 +18,6 @@ namespace pcl_ssfr {
 namespace io {
 
 namespace {
-
-struct FileCloser {
-  void
-  operator()(std::FILE* file) const
-  {
-    std::fclose(file);
-  }
-};
-using FilePtr = std::unique_ptr<std::FILE, FileCloser>;
 
 std::string
 systemMessage()

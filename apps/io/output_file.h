@@ -13,6 +13,15 @@
 namespace pcl_ssfr {
 namespace io {
 
+struct FileCloser {
+  void
+  operator()(std::FILE* file) const
+  {
+    std::fclose(file);
+  }
+};
+using FilePtr = std::unique_ptr<std::FILE, FileCloser>;
+
 /** \brief A file that is complete, or as it was before.
  *
  * Bytes go into "NAME.PID.part" next to it, which takes its place in finish(), with the permissions of the file that
@@ -46,18 +55,10 @@ public:
   fail() const;
 
 private:
-  struct Closer {
-    void
-    operator()(std::FILE* file) const
-    {
-      std::fclose(file);
-    }
-  };
-
   std::string path_;   ///< as messages name it
   std::string target_; ///< what links lead to
   std::string part_;   ///< empty: written in place, or finished
-  std::unique_ptr<std::FILE, Closer> file_;
+  FilePtr file_;
 };
 
 } // namespace io

@@ -352,8 +352,7 @@ private:
       axes += T.linear() * arguments_.gravity.value_or(Eigen::Vector3d::UnitZ()).normalized();
     }
     const AliasConfig config;
-    const std::optional<Eigen::Vector3d> up =
-        arguments_.gravity ? Eigen::Vector3d(axes.normalized()) : findUp(scans, config);
+    const std::optional<Eigen::Vector3d> up = findUp(scans, arguments_.gravity, config);
     if (!up)
       return;
     const double along = axes.dot(*up) / static_cast<double>(scans.size());

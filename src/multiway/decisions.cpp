@@ -3,6 +3,8 @@
 
 #include "multiway/decisions.h"
 
+#include "common/angles.h"
+
 #include <algorithm>
 #include <numeric>
 
@@ -64,6 +66,20 @@ tiedScans(const Decisions& decisions, const std::vector<int>& placed, std::size_
   for (const int i : placed)
     tie(placed.front(), i);
   return tied;
+}
+
+PairGuess
+guessOf(const PosePrior& source,
+        const PosePrior& target,
+        const Eigen::Vector3d& source_place,
+        const Eigen::Vector3d& target_place)
+{
+  const double distance = (source.T_map_scan * source_place - target.T_map_scan * target_place).norm();
+  PairGuess guess;
+  guess.T_target_source = target.T_map_scan.inverse() * source.T_map_scan;
+  guess.tolerance.rotation = std::min(kPi, source.rotation + target.rotation);
+  guess.tolerance.translation = source.translation + target.translation + distance * target.rotation;
+  return guess;
 }
 
 std::vector<std::pair<std::string, std::string>>

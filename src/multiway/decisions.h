@@ -4,6 +4,7 @@
 #pragma once
 
 #include <pcl_ssfr/multiway/multiway_map.h>
+#include <pcl_ssfr/multiway/multiway_registration.h>
 
 #include <cstddef>
 #include <set>
@@ -34,6 +35,14 @@ onOriginals(const Decisions& given, const std::vector<int>& original, const std:
  */
 std::vector<int>
 tiedScans(const Decisions& decisions, const std::vector<int>& placed, std::size_t count);
+
+/// What the approximate poses of two scans say of their pose.
+/// \param[in] source_place,target_place of the sensors in the frames of the scans [m]
+PairGuess
+guessOf(const PosePrior& source,
+        const PosePrior& target,
+        const Eigen::Vector3d& source_place,
+        const Eigen::Vector3d& target_place);
 
 /// As the project keeps them: kind ("accept", "reject", "pin") and the names of the scans.
 std::vector<std::pair<std::string, std::string>>

@@ -3,7 +3,6 @@
 
 #include "multiway/map_stages.h"
 
-#include "common/angles.h"
 #include "common/parallel.h"
 #include "common/stage_clock.h"
 #include "judgement/scored_pose.h"
@@ -483,20 +482,6 @@ private:
 };
 
 } // namespace
-
-PairGuess
-guessOf(const PosePrior& source,
-        const PosePrior& target,
-        const Eigen::Vector3d& source_place,
-        const Eigen::Vector3d& target_place)
-{
-  const double distance = (source.T_map_scan * source_place - target.T_map_scan * target_place).norm();
-  PairGuess guess;
-  guess.T_target_source = target.T_map_scan.inverse() * source.T_map_scan;
-  guess.tolerance.rotation = std::min(kPi, source.rotation + target.rotation);
-  guess.tolerance.translation = source.translation + target.translation + distance * target.rotation;
-  return guess;
-}
 
 void
 makeMap(const MapInput& input,

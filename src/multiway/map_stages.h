@@ -22,14 +22,6 @@ struct MapInput {
   bool is_large; ///< scans that are too far from each other to share anything are not looked at
 };
 
-/// What the approximate poses of two scans say of their pose.
-/// \param[in] source_place,target_place of the sensors in the frames of the scans [m]
-PairGuess
-guessOf(const PosePrior& source,
-        const PosePrior& target,
-        const Eigen::Vector3d& source_place,
-        const Eigen::Vector3d& target_place);
-
 /** \brief Choose, adjust and describe: all after linking.
  * \param[in,out] map has its scans; the rest is filled in
  * \throw std::invalid_argument when accepted links do not agree

@@ -150,7 +150,7 @@ hashOfPoints(const ScanView& scan)
 {
   std::uint64_t hash = 0xcbf29ce484222325u;
   for (std::size_t i = 0; i < scan.count(); ++i)
-    hash = hashedWith(hash, Eigen::Vector3f(scan.point(i)));
+    hash = hashedWith(hash, scan.point(i));
   return hashedWith(hash, scan.count());
 }
 
@@ -172,7 +172,7 @@ hashOfScan(const ScanView& scan, std::uint64_t points)
   }
   // Given normals say which side of a patch was seen where the sensor is not known.
   for (std::size_t i = 0; scan.normals && i < scan.count(); ++i)
-    hash = hashedWith(hash, Eigen::Vector3f(scan.normal(i)));
+    hash = hashedWith(hash, scan.normal(i));
   return hash;
 }
 

@@ -351,7 +351,7 @@ PlacesAlike::storeys(const Assembly& assembly) const
       const auto i = static_cast<std::size_t>(member);
       scans.push_back(storeyScan(input_.prepared[i], assembly.poses[i]));
     }
-    const std::optional<Eigen::Vector3d> up = upOf(assembly, members, scans);
+    const std::optional<Eigen::Vector3d> up = findUp(scans, input_.options.gravity, input_.options.alias);
     const double same_place = input_.options.choice.same_translation;
     const std::optional<StoreyDoubt> found =
         up ? findStoreyDoubt(scans, *up, members.size() < usable, same_place, input_.options.alias) : std::nullopt;
@@ -388,17 +388,6 @@ PlacesAlike::isDecided(const std::vector<int>& scans) const
   return std::all_of(scans.begin(), scans.end(), [&](int i) {
     return tied_[static_cast<std::size_t>(i)] == tied_[static_cast<std::size_t>(scans.front())];
   });
-}
-
-std::optional<Eigen::Vector3d>
-PlacesAlike::upOf(const Assembly& assembly, const std::vector<int>& members, const std::vector<StoreyScan>& scans) const
-{
-  if (!input_.options.gravity)
-    return findUp(scans, input_.options.alias);
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (const int i : members)
-    sum += assembly.poses[static_cast<std::size_t>(i)].linear() * input_.options.gravity->normalized();
-  return sum.norm() > 0 ? std::optional<Eigen::Vector3d>(sum.normalized()) : std::nullopt;
 }
 
 std::string

@@ -145,8 +145,6 @@ private:
   /// Whether a person tied all of some scans to each other, or there are none.
   bool
   isDecided(const std::vector<int>& scans) const;
-  std::optional<Eigen::Vector3d>
-  upOf(const Assembly& assembly, const std::vector<int>& members, const std::vector<StoreyScan>& scans) const;
   const std::string&
   name(int scan) const;
   /// How many they are, and one of them. \param[in] scans at least one

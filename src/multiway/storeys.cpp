@@ -226,6 +226,17 @@ storeyScan(const PreparedScan& scan, const Eigen::Isometry3d& T_map_scan)
 }
 
 std::optional<Eigen::Vector3d>
+findUp(const std::vector<StoreyScan>& scans, const std::optional<Eigen::Vector3d>& gravity, const AliasConfig& config)
+{
+  if (!gravity)
+    return findUp(scans, config);
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const StoreyScan& scan : scans)
+    sum += scan.T_map_surface.linear() * gravity->normalized();
+  return sum.norm() > 0 ? std::optional<Eigen::Vector3d>(sum.normalized()) : std::nullopt;
+}
+
+std::optional<Eigen::Vector3d>
 findUp(const std::vector<StoreyScan>& scans, const AliasConfig& config)
 {
   if (scans.empty())

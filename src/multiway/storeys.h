@@ -41,6 +41,9 @@ struct StoreyDoubt {
  */
 std::optional<Eigen::Vector3d>
 findUp(const std::vector<StoreyScan>& scans, const AliasConfig& config);
+/// The one that is given, up in the frames of the scans, where there is one; else the same.
+std::optional<Eigen::Vector3d>
+findUp(const std::vector<StoreyScan>& scans, const std::optional<Eigen::Vector3d>& gravity, const AliasConfig& config);
 
 /** \brief Whether a storey of a part may be two or more that look alike.
  *

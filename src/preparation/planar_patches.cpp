@@ -131,8 +131,8 @@ private:
     if (cloud_.normals.cols() > 0) {
       Eigen::Vector3f sum = Eigen::Vector3f::Zero(); // of the normals of the points before thinning
       double points = 0;
-      for (std::uint32_t i = patches_.first_point[patch]; i < patches_.first_point[patch] + patches_.counts[patch];
-           ++i) {
+      const std::uint32_t first = patches_.first_point[patch], end = first + patches_.counts[patch];
+      for (std::uint32_t i = first; i < end; ++i) {
         sum += cloud_.normals.col(i);
         points += cloud_.counts[i];
       }

@@ -346,16 +346,13 @@ PaperRegistration::run(const Eigen::Isometry3d* guess)
 {
   result_.source_viewpoint_used = source_.normals.samples.oriented;
   result_.target_viewpoint_used = target_.normals.samples.oriented;
-  if (result_.source_viewpoint_used)
-    result_.source_viewpoint = source_.viewpoint;
-  if (result_.target_viewpoint_used)
-    result_.target_viewpoint = target_.viewpoint;
-  for (const PaperScan* scan : {&source_, &target_}) {
+  result_.source_viewpoint = source_.viewpoint;
+  result_.target_viewpoint = target_.viewpoint;
+  for (const PaperScan* scan : {&source_, &target_})
     for (StageReport stage : scan->stages) {
       stage.name = (scan == &source_ ? "source_" : "target_") + stage.name;
       result_.stages.push_back(stage);
     }
-  }
   if (const auto problem = findProblem()) {
     std::tie(result_.status, result_.message) = *problem;
     return result_;
@@ -421,7 +418,6 @@ preparePaperScan(const ScanView& scan, const Options& options, const Deadline& d
       options.viewpoint_mode == ViewpointMode::Auto || options.viewpoint_mode == ViewpointMode::SensorOrigin;
   const unsigned threads = threadCount(options);
   PaperScan result;
-  result.viewpoint = scan.viewpoint;
   StageClock clock;
   // A stage in which the time ran out may not be complete.
   const auto finish = [&](const char* name, auto in, auto out) {
@@ -433,6 +429,8 @@ preparePaperScan(const ScanView& scan, const Options& options, const Deadline& d
   // Stage 1. The paper thins and estimates within fixed scales; r = 0 and leaf = 0 follow from the data.
   result.normals = estimateNormals(scan, stages.normals, oriented, threads, deadline);
   const OrientedSamples& samples = result.normals.samples;
+  if (samples.oriented)
+    result.viewpoint = scan.viewpoint;
   finish(kPaperNormalsStage, scan.count(), samples.size());
   if (!result.unfinished.empty())
     return result;

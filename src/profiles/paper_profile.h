@@ -31,7 +31,7 @@ struct PaperScan {
   double lcp_leaf = 0;                  ///< spacing of \ref lcp_points [m]
   Points3 lcp_points;                   ///< samples thinned for the score, relative to normals.origin, 3 x M [m]
   NeighborIndex lcp_index;              ///< over \ref lcp_points
-  Eigen::Vector3d viewpoint = Eigen::Vector3d::Zero(); ///< that the normals face where they have a sign [m]
+  Eigen::Vector3d viewpoint = Eigen::Vector3d::Zero(); ///< that the normals face [m]; zero where they have no sign
   std::vector<StageReport> stages;                     ///< counts and seconds of each stage
   std::string unfinished; ///< stage in which the time ran out: nothing here may be used then; empty when complete
 };
