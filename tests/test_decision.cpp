@@ -31,14 +31,15 @@ constexpr double kNoiseFloor = 0.001; // [m]
 ScoredPose
 poseAt(const Eigen::Vector3d& place, double matched, double contradicted = 0)
 {
-  constexpr double kPatches = 100, kContradictionWeight = 14;
+  constexpr double kSurface = 200, kPatches = 500, kClutter = 400, kContradictionWeight = 14;
   SurfaceEvidence e;
-  e.total = 1;
-  e.matched = matched;
-  e.contradicted = contradicted;
-  e.unmatched = 0.1;
+  e.total = kSurface;
+  e.matched = kSurface * matched;
+  e.contradicted = kSurface * contradicted;
+  e.unmatched = kSurface * 0.1;
   e.patches = e.facing = {kPatches, kPatches * matched, kPatches * contradicted};
-  e.matched_normals = matched * Eigen::Matrix3d::Identity() / 3;
+  e.matched_normals = e.matched * Eigen::Matrix3d::Identity() / 3;
+  e.clutter = kClutter * matched;
   ScoredPose pose;
   pose.T_target_source = Eigen::Translation3d(place);
   rate(pose, e, kContradictionWeight);
@@ -88,7 +89,7 @@ contextOf(const std::vector<double>& probabilities, const Refinement& polish = p
 DecisionContext
 judged(const std::vector<ScoredPose>& poses, const Refinement& polish = polishInARoom())
 {
-  return contextOf(computePosterior(poses, {JudgementConfig().posterior, {}}).poses, polish);
+  return contextOf(computePosterior(poses, makePosteriorModel(JudgementConfig(), true)).poses, polish);
 }
 
 TEST(Decision, AcceptsAClearPose)
@@ -268,7 +269,7 @@ TEST(Decision, AShiftThatAllProbablePosesDifferBy)
 TEST(Decision, OneThatMatchesMoreButIsContradictedALittle)
 {
   const auto status = [](const std::vector<ScoredPose>& poses) { return decide(poses, judged(poses)).status; };
-  EXPECT_EQ(status({poseAt(kX, 0.6), poseAt(9 * kX, 0.66, 0.005)}), Status::Ambiguous);
+  EXPECT_EQ(status({poseAt(kX, 0.6), poseAt(9 * kX, 0.66, 0.0005)}), Status::Ambiguous);
   EXPECT_EQ(status({poseAt(kX, 0.6), poseAt(9 * kX, 0.66, 0.02)}), Status::Converged);
 }
 
@@ -414,8 +415,7 @@ TEST(Decision, AcceptsOnlyWhatItIsSureOfAndForAnyUnitOfLength)
       poses.push_back(poseAt(Eigen::Vector3d(random.uniform(-9, 9), 0, random.uniform(-9, 9)),
                              random.uniform(0, 0.8),
                              random.index(8) ? random.uniform(0, 0.01) : random.uniform(0, 0.1)));
-    const PosteriorModel model = {random.index(4) ? JudgementConfig().posterior : JudgementConfig().posterior_blind,
-                                  {}};
+    const PosteriorModel model = makePosteriorModel(JudgementConfig(), random.index(4) > 0);
     sortByProbability(poses, model);
     const bool is_determined = random.index(6) > 0;
     const Refinement polish = is_determined ? polishInARoom() : polishInACorridor();

@@ -46,7 +46,6 @@ const std::map<std::string, std::string> kFlat = {
     {"preparation.viewpoint.grid_directions", "matters on open roads: test_hard_real_pairs, OpenRoad"},
     {"search.little_overlap.promising", "0: one batch"},
     {"judgement.uncertainty.max_rotation", "directions are determined well or not at all; see test_pose_uncertainty"},
-    {"judgement.posterior_blind.clear", "0: without free space nothing contradicts"},
 };
 
 /// Set a number to one of two values, by its kind.

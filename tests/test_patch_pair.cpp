@@ -271,8 +271,8 @@ TEST_F(PatchPairOfARoom, ThePosteriorIsThatOfWhatTheSensorsSaw)
   options.patch_profile.judgement.posterior_blind.known = 12;
   PatchScan blind = *target_;
   blind.range_image = RangeImage();
-  EXPECT_EQ(pair(options).posteriorModel().lead.known, 11);
-  EXPECT_EQ(PatchPair(*source_, blind, options, nullptr, Deadline()).posteriorModel().lead.known, 12);
+  EXPECT_EQ(pair(options).posteriorModel().surface.known, 11);
+  EXPECT_EQ(PatchPair(*source_, blind, options, nullptr, Deadline()).posteriorModel().surface.known, 12);
 }
 
 TEST_F(PatchPairOfARoom, AScoreWeighsContradictionsAsConfigured)

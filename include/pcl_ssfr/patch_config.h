@@ -169,42 +169,34 @@ struct EvidenceConfig {
   double contradiction_weight = 14; ///< of the score: contradictions are rare and precious
 };
 
-/** \brief The posterior over the poses of a pair and "none of them" (METHOD, "Posterior").
+/** \brief The posterior over the poses of a pair and "none of them" (METHOD, "Posterior"). Fitted; only ratios of
+ * evidence count.
  *
- * Log odds that the truth is among them: known + clear log(c) + third log(t) + matches log(n), where, of the best pose,
- * c is the share of the matches that contradictions leave, t the matched surface that faces the least represented
- * direction and n the weighted number of matches, and one; c and n of the patches that face their sensor. Among them,
- * by the first of two models, pose k has the log weight significance S_k sqrt(N) + lead log(S_k), S_k its score and N
- * the weighted number of patches; the second is RatioModelConfig.
+ * Log odds that the truth is among them: known + any_third log(t) + any_matches log(n), where, of the most probable
+ * pose, t is the share of the surface that matches and faces the least represented direction, and n the weighted number
+ * of matches that face their sensor, and one. Among them pose k has the log weight second log(m2 + 1) + third
+ * log(m3 + 1): m2 and m3 the matched surface that faces the second and the third of the directions that it faces, in
+ * JudgementConfig::chance_edge squared. To both FreeSpaceConfig adds what was seen of free space.
  */
 struct PosteriorConfig {
-  double known{};        ///< constant; fitted, then set by the log loss of unlisted pairs as well
-  double clear{};        ///< fitted; 0 where nothing can contradict
-  double third{};        ///< fitted
-  double matches{};      ///< fitted
-  double significance{}; ///< fitted, then set as known
-  double lead{};         ///< fitted, then set as known
+  double known{};       ///< for "any of them", constant
+  double any_third{};   ///< for "any of them"
+  double any_matches{}; ///< for "any of them"
+  double second{};      ///< ground laid on ground matches wherever it is laid: the first direction says nothing
+  double third{};       ///< without it much surface may meet, and the pose still slides
 };
 
-/** \brief The second model of how the poses of a pair share their probability (METHOD, "Posterior").
+/** \brief What the free space that both sensors saw adds to the posterior (METHOD, "Posterior"). Fitted with it.
  *
- * Which of the two weighs the evidence right is not known, so the posterior is the average of what each of them says.
- * By this one only ratios of the evidence count. For "none of them" it is as above, but with known + any_clutter
- * log(u + 1) - any_contradictions log(x + 1) in place of clear log(c); and pose k has the log weight second log(m2 + 1)
- * + third log(m3 + 1) + clutter log(u + 1) - contradictions log(c + 1): m2 and m3 the matched surface that faces the
- * second and the third of the directions that it faces, in JudgementConfig::chance_edge squared; u the number of points
- * that fit no plane and lie at the depth that the other sensor saw; c the weighted number of patches that contradict, x
- * of those that face their sensor. All fitted.
+ * For "any of them" any_clutter log(u + 1) - any_contradictions log(x + 1), and for pose k clutter log(u + 1) -
+ * contradictions log(c + 1): u the number of points that fit no plane and lie at the depth that the other sensor saw, c
+ * the weighted number of patches that contradict the pose, x of those that face their sensor.
  */
-struct RatioModelConfig {
-  double known = -5.6;             ///< for "none of them", beside that of the first model
-  double any_clutter = 1.2;        ///< for "none of them"
-  double any_contradictions = 1.3; ///< for "none of them"
-  double second = 1.25;            ///< ground laid on ground matches wherever it is laid: the first says nothing
-  double third = 1.6;              ///< without it much surface may meet, and the pose still slides
-  double clutter = 3.4;            ///< a crown of leaves has no planes to match, but stands where it was seen
-  double contradictions = 3.4;     ///< a car that has moved is twenty patches of a near scan, and two of a far one
-  double blind_third = 3.8;        ///< in place of all of them where a viewpoint is not known
+struct FreeSpaceConfig {
+  double any_clutter = 2.25;       ///< for "any of them"
+  double any_contradictions = 1.1; ///< for "any of them"
+  double clutter = 4.8;            ///< a crown of leaves has no planes to match, but stands where it was seen
+  double contradictions = 4.6;     ///< a car that has moved is twenty patches of a near scan, and two of a far one
 };
 
 /// How well a polished pose is known (METHOD, "Uncertainty").
@@ -242,15 +234,13 @@ struct PriorConfig {
 
 /// What follows from the posterior.
 struct JudgementConfig {
-  EvidenceConfig evidence;       ///< what counts for a pose and against it
-  PriorConfig prior;             ///< what is known beforehand
-  UncertaintyConfig uncertainty; ///< how well a pose is known
-  /// Where both sensors' places are known or found.
-  PosteriorConfig posterior = {1.34, 5.73, 1.49, 1.58, 0.5, 9.0};
-  /// The same where a viewpoint is not known: nothing can contradict.
-  PosteriorConfig posterior_blind = {0.40, 0, 1.08, 0.99, 0.38, 1.93};
-  RatioModelConfig ratios; ///< of both
-  double chance_edge = 1;  ///< [m] of a square of surface that may meet by chance; 1.7 times as much fits as well
+  EvidenceConfig evidence;                                      ///< what counts for a pose and against it
+  PriorConfig prior;                                            ///< what is known beforehand
+  UncertaintyConfig uncertainty;                                ///< how well a pose is known
+  PosteriorConfig posterior = {-11.8, 0.4, 0.65, 1.5, 2.3};     ///< where both sensors' places are known or found
+  FreeSpaceConfig free_space;                                   ///< and with it what they saw through
+  PosteriorConfig posterior_blind = {-4.4, 0.56, 1.24, 1.2, 3}; ///< else: nothing can contradict
+  double chance_edge = 1; ///< [m] of a square of surface that may meet by chance; 1.7 times as much fits as well
   /// Probability that the truth is among the poses from which on no other is looked for. Poses whose odds against the
   /// best one are what this leaves, 1 : 10, are polished too, and refined from the square of that on: less is known
   /// then.

@@ -76,9 +76,9 @@ numbersOf(PatchProfileConfig& config)
       NUMBER(preparation.viewpoint.levels[k].points, Bound::AtLeastOne),                                               \
       NUMBER(preparation.viewpoint.levels[k].step, Bound::Positive, Scaling::Scene)
 #define POSTERIOR(which)                                                                                               \
-  NUMBER(judgement.which.known, Bound::Finite), NUMBER(judgement.which.clear, Bound::NotNegative),                     \
-      NUMBER(judgement.which.third, Bound::NotNegative), NUMBER(judgement.which.matches, Bound::NotNegative),          \
-      NUMBER(judgement.which.significance, Bound::NotNegative), NUMBER(judgement.which.lead, Bound::NotNegative)
+  NUMBER(judgement.which.known, Bound::Finite), NUMBER(judgement.which.any_third, Bound::NotNegative),                 \
+      NUMBER(judgement.which.any_matches, Bound::NotNegative), NUMBER(judgement.which.second, Bound::NotNegative),     \
+      NUMBER(judgement.which.third, Bound::NotNegative)
 #define PASS(which)                                                                                                    \
   NUMBER(search.which.peaks_first, Bound::AtLeastOne), NUMBER(search.which.peaks_second, Bound::AtLeastOne),           \
       NUMBER(search.which.refined, Bound::AtLeastOne), NUMBER(search.which.promising, Bound::Share),                   \
@@ -160,15 +160,11 @@ numbersOf(PatchProfileConfig& config)
           NUMBER(judgement.uncertainty.max_rotation, Bound::Positive),
           NUMBER(judgement.uncertainty.bound_deviations, Bound::Positive),
           POSTERIOR(posterior),
+          NUMBER(judgement.free_space.any_clutter, Bound::NotNegative),
+          NUMBER(judgement.free_space.any_contradictions, Bound::NotNegative),
+          NUMBER(judgement.free_space.clutter, Bound::NotNegative),
+          NUMBER(judgement.free_space.contradictions, Bound::NotNegative),
           POSTERIOR(posterior_blind),
-          NUMBER(judgement.ratios.known, Bound::Finite),
-          NUMBER(judgement.ratios.any_clutter, Bound::NotNegative),
-          NUMBER(judgement.ratios.any_contradictions, Bound::NotNegative),
-          NUMBER(judgement.ratios.second, Bound::NotNegative),
-          NUMBER(judgement.ratios.third, Bound::NotNegative),
-          NUMBER(judgement.ratios.clutter, Bound::NotNegative),
-          NUMBER(judgement.ratios.contradictions, Bound::NotNegative),
-          NUMBER(judgement.ratios.blind_third, Bound::NotNegative),
           NUMBER(judgement.chance_edge, Bound::Positive, Scaling::Scene),
           NUMBER(judgement.decided, Bound::Share),
           NUMBER(judgement.unsettled, Bound::Share),

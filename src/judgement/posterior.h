@@ -27,26 +27,22 @@ struct Posterior {
 
 /// What a posterior is computed with.
 struct PosteriorModel {
-  PosteriorConfig lead;      ///< the model that asks how far a pose leads; what both ask of any
-  RatioModelConfig ratios;   ///< the one that asks how many times as much speaks for it
+  PosteriorConfig surface;   ///< what the matched surface says
+  FreeSpaceConfig space;     ///< what free space says; zeros where it was not seen
   double chance_surface = 1; ///< that may meet by chance [m^2]
-  double trust = 0.5;        ///< probability of the second model: which of them is right is not known
 };
 
 /// What it is for a pair of which both sensors' places are known or found, or not.
 PosteriorModel
 makePosteriorModel(const JudgementConfig& config, bool sees_free_space);
 
-/** \brief Log odds of a pose against another one of its pair: what evidence and priors say for it, by that of the two
- * models that favours it.
- */
+/// Log odds of a pose against another one of its pair: what evidence and priors say for it.
 double
 logOdds(const ScoredPose& pose, const ScoredPose& other, const PosteriorModel& model);
 
 /** \brief The posterior of distinct poses.
  *
- * The average of two models. How sure one is that one of them is right follows from the evidence of its most probable
- * one alone.
+ * How sure it is that one of them is right follows from the evidence of the most probable one alone.
  * \param[in] poses distinct, of one pair of scans, any order
  */
 Posterior
@@ -56,8 +52,8 @@ computePosterior(const std::vector<ScoredPose>& poses, const PosteriorModel& mod
 void
 sortByProbability(std::vector<ScoredPose>& poses, const PosteriorModel& model);
 
-/// The pose that explains most first, with what is known beforehand: the most exact one of those at one place.
+/// The pose that explains most first: the most exact one of those at one place. Equal ones keep their order.
 void
-sortByScore(std::vector<ScoredPose>& poses, const PosteriorModel& model);
+sortByScore(std::vector<ScoredPose>& poses);
 
 } // namespace pcl_ssfr

@@ -138,8 +138,8 @@ isClear(const PlaceOdds& chosen, const PlaceOdds& rival, const MultiwayOptions& 
     return false;
   if (!(rival.score > 0))
     return true;
-  const double lead = options.registration.patch_profile.judgement.posterior.lead;
-  return chosen.belief * std::pow(chosen.score / rival.score, lead) >= options.choice.clear_odds * rival.belief;
+  return chosen.belief * std::pow(chosen.score / rival.score, options.choice.score_power) >=
+         options.choice.clear_odds * rival.belief;
 }
 
 std::vector<int>

@@ -172,7 +172,7 @@ firstDistinct(const PatchPair& pair, std::vector<ScoredPose> poses)
 std::vector<ScoredPose>
 keepDistinct(const PatchPair& pair, std::vector<ScoredPose> poses, std::size_t most)
 {
-  sortByScore(poses, pair.posteriorModel());
+  sortByScore(poses);
   poses = firstDistinct(pair, std::move(poses));
   sortByProbability(poses, pair.posteriorModel());
   if (poses.size() > most)
