@@ -37,6 +37,7 @@ candidateFields(const Result& result, const Candidate& candidate)
           {"patches_matched", evidence.patches_matched},
           {"patches_contradicted", evidence.patches_contradicted},
           {"facing_matched", evidence.facing_matched},
+          {"beyond_planes", evidence.beyond_planes},
           {"facing_score", evidence.facing_score},
           {"unmatched", evidence.unmatched},
           {"third_direction", evidence.third_direction},

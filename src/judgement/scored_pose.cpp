@@ -66,6 +66,7 @@ describe(const ScoredPose& pose)
   candidate.evidence.patches_matched = seen.patches.matched / seen.patches.total;
   candidate.evidence.patches_contradicted = seen.patches.contradicted / seen.patches.total;
   candidate.evidence.facing_matched = seen.facing.matched / std::max(seen.facing.total, 1e-12);
+  candidate.evidence.beyond_planes = seen.facing.beyond / std::max(seen.facing.total, 1e-12);
   candidate.evidence.facing_score = pose.facing_score;
   candidate.evidence.unmatched = seen.unmatched / seen.total;
   candidate.evidence.third_direction = pose.held.third / seen.total;

@@ -4,10 +4,13 @@
 #include "judgement/visibility_score.h"
 
 #include "common/place_block.h"
+#include "judgement/matched_planes.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 namespace pcl_ssfr {
 
@@ -18,6 +21,7 @@ WeightedEvidence::operator+=(const WeightedEvidence& other)
   matched += other.matched;
   contradicted += other.contradicted;
   unmatched += other.unmatched;
+  beyond += other.beyond;
   return *this;
 }
 
@@ -28,6 +32,7 @@ WeightedEvidence::operator*=(double factor)
   matched *= factor;
   contradicted *= factor;
   unmatched *= factor;
+  beyond *= factor;
   return *this;
 }
 
@@ -56,6 +61,8 @@ collectEvidence(const OrientedSamples& samples,
   const auto faces = [&](Eigen::Index i) {
     return samples.facing.size() == 0 || samples.facing[i] >= options.min_facing;
   };
+  const auto voteOf = [&](Eigen::Index i) { return std::sqrt(std::sqrt(samples.weights[i])); };
+  std::vector<Eigen::Index> matched;
   PlaceBlock places;
   std::array<int, PlaceBlock::kSize> found;
   for (Eigen::Index first = 0; first < samples.size(); first += PlaceBlock::kSize) {
@@ -65,14 +72,14 @@ collectEvidence(const OrientedSamples& samples,
                 T);
     places.find(index, options.match, found.data());
     for (std::size_t i = 0; i < places.count; ++i) {
-      const double weight = samples.weights[first + static_cast<Eigen::Index>(i)];
-      const double vote = std::sqrt(std::sqrt(weight));
-      const double facing_vote = faces(first + static_cast<Eigen::Index>(i)) ? vote : 0;
+      const Eigen::Index sample = first + static_cast<Eigen::Index>(i);
+      const double weight = samples.weights[sample], vote = voteOf(sample), facing_vote = faces(sample) ? vote : 0;
       evidence.total += weight;
       evidence.patches.total += vote;
       evidence.facing.total += facing_vote;
       const Eigen::Vector3d normal = places.normal(i);
       if (found[i] >= 0) {
+        matched.push_back(sample);
         evidence.matched += weight;
         evidence.patches.matched += vote;
         evidence.facing.matched += facing_vote;
@@ -101,6 +108,10 @@ collectEvidence(const OrientedSamples& samples,
         evidence.facing.unmatched += facing_vote;
       }
     }
+  }
+  for (const Eigen::Index sample : beyondThreePlanes(samples, std::move(matched), options.match)) {
+    evidence.patches.beyond += voteOf(sample);
+    evidence.facing.beyond += faces(sample) ? voteOf(sample) : 0;
   }
   return evidence;
 }

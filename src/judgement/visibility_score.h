@@ -31,6 +31,7 @@ struct WeightedEvidence {
   double matched = 0;      ///< of those that meet a compatible patch
   double contradicted = 0; ///< of those that hang in front of what the other sensor saw through
   double unmatched = 0;    ///< of those in view, at the depth that was seen, where no compatible patch is
+  double beyond = 0;       ///< of those matched that are in none of three planes; see beyondThreePlanes()
 
   /// Of those that meet a patch, or are where the other sensor saw something or through.
   double
