@@ -182,6 +182,9 @@ bindCandidates(py::module_& module)
       .def_readonly("facing_matched",
                     &CandidateEvidence::facing_matched,
                     "As patches_matched, of the patches that face their own sensor.")
+      .def_readonly("beyond_planes",
+                    &CandidateEvidence::beyond_planes,
+                    "Of facing_matched, the patches that are in none of the three planes that determine the pose.")
       .def_readonly("facing_score", &CandidateEvidence::facing_score, "As Candidate.score, of these patches.")
       .def_readonly("unmatched",
                     &CandidateEvidence::unmatched,

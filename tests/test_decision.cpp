@@ -38,6 +38,7 @@ poseAt(const Eigen::Vector3d& place, double matched, double contradicted = 0)
   e.contradicted = kSurface * contradicted;
   e.unmatched = kSurface * 0.1;
   e.patches = e.facing = {kPatches, kPatches * matched, kPatches * contradicted};
+  e.facing.beyond = e.facing.matched / 2;
   e.matched_normals = e.matched * Eigen::Matrix3d::Identity() / 3;
   e.clutter = kClutter * matched;
   ScoredPose pose;
@@ -199,7 +200,7 @@ TEST(Decision, NothingIsSaidOfDirectionsBeforeThePolish)
 
 TEST(Decision, TwoThatExplainTheScansAlike)
 {
-  ScoredPose rival = poseAt(kX + 6.5 * kY, 0.59);
+  ScoredPose rival = poseAt(kX + 6.5 * kY, 0.599);
   rival.T_target_source.linear() = Eigen::AngleAxisd(0.5 * 3.14159265358979, kZ).toRotationMatrix();
   std::vector<ScoredPose> poses = {poseAt(kX, 0.6), rival};
   const Decision d = decide(poses, judged(poses));
@@ -314,7 +315,7 @@ TEST(Decision, SurfaceInFreeSpace)
   const std::vector<ScoredPose> poses = {poseAt(kX, 0.5, 0.1)};
   const Decision d = decide(poses, judged(poses));
   EXPECT_EQ(d.status, Status::Contradicted);
-  EXPECT_LT(d.confidence, 0.02);
+  EXPECT_LT(d.confidence, Options().min_confidence);
   EXPECT_EQ(
       d.message,
       "the best pose puts 10.0 % of the surface into space that the other sensor saw to be free, while 50 % meets "

@@ -245,11 +245,12 @@ INSTANTIATE_TEST_SUITE_P(
     ::testing::Values(Row{"overlap of 31 to 42 %", "parking_tls", {6, 10, 12, 17, 18, 20, 22, 25}, 0, {}, {}},
                       Row{"overlap of 34 and 35 %", "eth_facade", {0, 16}, 0, {}, {}},
                       Row{"overlap of 40 to 42 %, street", "imm_A", {19, 27, 31, 43}, 1, {}, {}},
-                      // The first search of one finds another place, which it would believe with little confidence.
+                      // The first search of one finds another place, which it would believe with little confidence. The
+                      // right pose of another one has 0.66 to 0.79, by how the source is turned; a half turn rivals it.
                       Row{"overlap of 20 to 30 %: the nearest 65 % of the source",
                           "parking_tls",
                           {6, 10, 12, 17, 18, 20, 22, 25},
-                          0,
+                          1,
                           nearest(0.65),
                           {},
                           3700},

@@ -106,7 +106,7 @@ TEST(BaysAlike, areNotLaidOntoEachOtherAndWhatIsSureIsPlaced)
 
 TEST(RoomsAlike, areNotLaidOntoEachOther)
 {
-  MisleadingBuilding rooms("rooms_with_doors", "hokuyo_utm30lx", 40000);
+  MisleadingBuilding rooms("rooms_with_doors", "livox_mid360", 40000);
   EXPECT_GT(rooms.countWrong(rooms.mapOf(false)), 0U);
   const MultiwayMap map = rooms.mapOf(true);
   EXPECT_EQ(rooms.countWrong(map), 0U); // scans would stand at one place and contradict each other

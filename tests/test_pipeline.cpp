@@ -431,7 +431,7 @@ TEST(Gravity, aVerticalThatIsFiveDegreesWrongIsRefusedMoreOftenThanNot)
   Options options = makeOptions(Profile::Default);
   GravityPrior prior;
   prior.tolerance = 2 * kDegree;
-  constexpr int kPairs = 24; // of 36 eight are accepted, as many as when the index reached a fifth as far
+  constexpr int kPairs = 24;
   int accepted = 0;
   for (std::uint64_t seed = 90; seed < 90 + kPairs; ++seed) {
     const Pair pair = scanPair(makeFurnishedRoom(3), 0, 1, roomScanner(), seed);
@@ -444,7 +444,7 @@ TEST(Gravity, aVerticalThatIsFiveDegreesWrongIsRefusedMoreOftenThanNot)
       EXPECT_LT(tilt(candidate.T_target_source, prior), prior.tolerance + 0.6 * kDegree) << seed;
   }
   std::printf("%d of %d accepted\n", accepted, kPairs);
-  EXPECT_LE(accepted, 7);
+  EXPECT_LT(accepted, kPairs / 2);
 }
 
 TEST(Scales, binsOfAnyWidthAreBounded)

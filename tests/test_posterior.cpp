@@ -22,6 +22,7 @@ constexpr double kContradictionWeight = 14;
 constexpr double kPatches = 500; // weighted number of them, half of which face their sensor
 constexpr double kSurface = 200; // [m^2]
 constexpr double kClutter = 400; // points
+constexpr double kBeyond = 0.5;  // share of the matches that is in none of three planes
 const PosteriorModel kSeeing = makePosteriorModel(JudgementConfig(), true);
 const PosteriorModel kBlind = makePosteriorModel(JudgementConfig(), false);
 
@@ -36,6 +37,7 @@ poseOf(double matched, double contradicted = 0, double third = 0.05, double patc
   e.unmatched = 0.08 * kSurface;
   e.patches = {patches, matched * patches, contradicted * patches};
   e.facing = {patches / 2, matched * patches / 2, contradicted * patches / 2};
+  e.facing.beyond = kBeyond * e.facing.matched;
   const double least = std::min(third, matched / 3), others = (matched - least) / 2;
   e.matched_normals = Eigen::Vector3d(others * kSurface, others * kSurface, least * kSurface).asDiagonal();
   e.clutter = matched * kClutter;
@@ -65,7 +67,7 @@ rivalOf(ScoredPose pose, double share)
   pose.score *= share;
   pose.facing_score *= share;
   pose.evidence.patches.matched *= share;
-  for (double* part : {&pose.held.second, &pose.held.third, &pose.evidence.clutter})
+  for (double* part : {&pose.evidence.facing.beyond, &pose.held.second, &pose.held.third, &pose.evidence.clutter})
     *part *= share;
   return pose;
 }
@@ -85,6 +87,7 @@ randomPose(testing::Random& random)
   pose.evidence.patches.total = random.uniform(0, 1000);
   pose.evidence.facing.total = share() * pose.evidence.patches.total;
   pose.evidence.facing.matched = share() * pose.evidence.facing.total;
+  pose.evidence.facing.beyond = share() * pose.evidence.facing.matched;
   pose.facing_score = share() - random.uniform(0, 20) * random.index(2);
   pose.log_prior = random.index(3) == 0 ? random.uniform(-50, 5) : 0;
   return pose;
@@ -109,7 +112,7 @@ TEST(Posterior, NoPoses)
 
 TEST(Posterior, ByHand)
 {
-  const PosteriorModel config = {{-0.5, 1, 0.75, 2, 1}, {0.5, 4, 1.5, 3}, 2};
+  const PosteriorModel config = {{-0.5, 0.75, 1, 1, 2, 3}, {0.5, 4, 1.5, 3}, 2, 0.125};
   ScoredPose first, second;
   SurfaceEvidence e;
   e.total = 20;
@@ -117,20 +120,23 @@ TEST(Posterior, ByHand)
   e.matched_normals = Eigen::Vector3d(4, 6, 2).asDiagonal(); // a tenth in the third direction
   e.clutter = 3;
   e.patches = {16, 12, 0};
-  e.facing = {10, 8, 0.1};
+  e.facing = {10, 8, 0.1, 0, 5};
   rate(first, e, kContradictionWeight);
   e.patches = {16, 8, 0};
   rate(second, e, kContradictionWeight);
-  // In units of 2 m^2, 2 and 1 of the surface of the first one face the second and the third direction, and 3 points
-  // lie at the depth that was seen; 3, 4 and 1 of the other one's, and a patch of it contradicts.
+  // 5 matches of the first one are beyond three planes, in units of 2 m^2 2 and 1 face the second and the third
+  // direction, and 3 points lie at the depth that was seen; 9, 3, 4 and 1 of the other one's, and four times as many
+  // patches of it contradict as may do so by chance.
   second.log_prior = std::log(2);
+  second.evidence.facing.beyond = 9;
   second.held = {6, 8};
   second.evidence.clutter = 1;
-  second.evidence.patches.contradicted = 1;
-  const double odds = std::pow(3.0 / 4, 2) * (2.0 / 5) * std::pow(4.0 / 2, 1.5) * 8 / 2;
+  second.evidence.patches.contradicted = 8;
+  const double odds =
+      (6.0 / 10) * std::pow(3.0 / 4, 2) * std::pow(2.0 / 5, 3) * std::pow(4.0 / 2, 1.5) * std::pow(17, 1.5) / 2;
   EXPECT_NEAR(logOdds(first, second, config), std::log(odds), 1e-12);
   EXPECT_NEAR(logOdds(second, first, config), -std::log(odds), 1e-12);
-  const double log_odds_of_any = -0.5 + std::log(0.101) + 0.75 * std::log(9) + 0.5 * std::log(4) - 4 * std::log(1.1);
+  const double log_odds_of_any = -0.5 + std::log(0.101) + 0.75 * std::log(6) + 0.5 * std::log(4) - 4 * std::log(1.1);
   const double any = 1 / (1 + std::exp(-log_odds_of_any));
   const Posterior posterior = computePosterior({first, second}, config);
   EXPECT_NEAR(posterior.none, 1 - any, 1e-12);
@@ -307,6 +313,18 @@ TEST(Posterior, GrowsWithTheEvidenceAmongPoses)
   }
 }
 
+TEST(Posterior, OnlyWhatMatchesBeyondThreePlanesSaysThatAnyPoseIsRight)
+{
+  // A corner fits any corner, however many patches it has.
+  for (const PosteriorModel& config : {kSeeing, kBlind}) {
+    ScoredPose corner = goodPose(), larger = corner, more = corner;
+    corner.evidence.facing.beyond = larger.evidence.facing.beyond = 1;
+    larger.evidence.facing.matched *= 2;
+    EXPECT_EQ(computePosterior({larger}, config).none, computePosterior({corner}, config).none);
+    EXPECT_GT(computePosterior({corner}, config).none, 2 * computePosterior({more}, config).none);
+  }
+}
+
 TEST(Posterior, FallsWithContradictions)
 {
   double before = 1;
@@ -332,7 +350,8 @@ TEST(Posterior, SettlesMoreWithMoreSurface)
     for (const double times : {0.01, 0.1, 1.0, 10.0}) {
       ScoredPose first = poseOf(0.5, 0, 0.1), second = poseOf(0.4, 0, 0.08);
       for (ScoredPose* pose : {&first, &second})
-        for (double* of : {&pose->held.second, &pose->held.third, &pose->evidence.clutter})
+        for (double* of :
+             {&pose->evidence.facing.beyond, &pose->held.second, &pose->held.third, &pose->evidence.clutter})
           *of *= times;
       const Posterior posterior = computePosterior({first, second}, config);
       const double odds = posterior.poses[0] / posterior.poses[1];
@@ -364,15 +383,15 @@ TEST(SortByProbability, MostProbableFirstAndEqualsInTheirOrder)
   testing::Random random(2);
   std::vector<ScoredPose> poses(300);
   for (std::size_t i = 0; i < poses.size(); ++i) {
-    poses[i].held.second = 5 * random.index(20);
+    poses[i].evidence.facing.beyond = 5 * random.index(20);
     poses[i].evidence.matched = 1;
     poses[i].evidence.total = 2;
     poses[i].facing_score = static_cast<double>(i); // where it stood
   }
   sortByProbability(poses, kSeeing);
   for (std::size_t i = 1; i < poses.size(); ++i) {
-    ASSERT_GE(poses[i - 1].held.second, poses[i].held.second);
-    if (poses[i - 1].held.second == poses[i].held.second) {
+    ASSERT_GE(poses[i - 1].evidence.facing.beyond, poses[i].evidence.facing.beyond);
+    if (poses[i - 1].evidence.facing.beyond == poses[i].evidence.facing.beyond) {
       ASSERT_LT(poses[i - 1].facing_score, poses[i].facing_score);
     }
   }
@@ -404,7 +423,7 @@ TEST(Posterior, OnlyRatiosOfTheEvidenceCount)
   const auto odds = [](double surface, double patches) {
     ScoredPose first = poseOf(0.5, 0.02, 0.1), second = poseOf(0.4, 0.01, 0.05);
     for (ScoredPose* pose : {&first, &second}) {
-      for (double* of : {&pose->held.second, &pose->held.third, &pose->evidence.clutter})
+      for (double* of : {&pose->evidence.facing.beyond, &pose->held.second, &pose->held.third, &pose->evidence.clutter})
         *of *= surface;
       pose->evidence.patches.contradicted *= patches;
     }
@@ -429,8 +448,8 @@ TEST(Posterior, WithoutFreeSpaceNothingContradicts)
 {
   // One of two viewpoints is known: some contradictions are counted, and held against no pose.
   ScoredPose contradicted = goodPose();
-  contradicted.evidence.facing.contradicted = contradicted.evidence.facing.matched / 10;
-  contradicted.evidence.patches.contradicted = contradicted.evidence.patches.matched / 10;
+  contradicted.evidence.facing.contradicted = contradicted.evidence.facing.matched / 5;
+  contradicted.evidence.patches.contradicted = contradicted.evidence.patches.matched / 5;
   const auto of = [](const ScoredPose& pose, const PosteriorModel& model) {
     return computePosterior({pose, badPose()}, model).best();
   };

@@ -23,7 +23,7 @@ evidenceOf(double matched, double contradicted)
   SurfaceEvidence e;
   e.total = 12;
   e.patches = {10, matched, contradicted};
-  e.facing = {5, matched / 2, contradicted / 4};
+  e.facing = {5, matched / 2, contradicted / 4, 0, matched / 8};
   return e;
 }
 
@@ -148,6 +148,7 @@ TEST(Describe, GivesSharesOfTheSurface)
   EXPECT_NEAR(c.evidence.patches_matched, 0.6, 1e-12);
   EXPECT_NEAR(c.evidence.patches_contradicted, 0.01, 1e-12);
   EXPECT_NEAR(c.evidence.facing_matched, 0.6, 1e-12);
+  EXPECT_NEAR(c.evidence.beyond_planes, 0.15, 1e-12);
   EXPECT_EQ(c.evidence.facing_score, pose.facing_score);
   EXPECT_NEAR(c.evidence.third_direction, 1.0 / 12, 1e-12);
   EXPECT_NEAR(c.evidence.held_second, 2, 1e-12);
@@ -167,6 +168,7 @@ TEST(Describe, NoSurface)
   EXPECT_EQ(c.overlap, 0);
   EXPECT_EQ(c.contradiction, 0);
   EXPECT_EQ(c.evidence.facing_matched, 0);
+  EXPECT_EQ(c.evidence.beyond_planes, 0);
 }
 
 } // namespace

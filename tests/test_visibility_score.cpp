@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
+#include "judgement/matched_planes.h"
 #include "judgement/visibility_score.h"
 #include "patch_scenes.h"
 
@@ -8,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 namespace pcl_ssfr::test_visibility_score {
 namespace {
@@ -127,6 +129,7 @@ TEST(CollectEvidence, SurfaceSeenEdgeOnDoesNotContradictInTheFacingEvidence)
   EXPECT_EQ(evidence.facing.total, 3);
   EXPECT_EQ(evidence.facing.matched, 1);
   EXPECT_EQ(evidence.facing.contradicted, 1);
+  EXPECT_EQ(evidence.patches.beyond, 0); // the wall is one plane
 
   samples.facing.resize(0); // from an unknown place: each may face it
   const SurfaceEvidence unknown = collectEvidence(samples, wall.index, &wall.image, T, VisibilityOptions());
@@ -156,6 +159,7 @@ TEST(CollectEvidence, AgreesWithPlainSums)
     Eigen::Vector4d sums = Eigen::Vector4d::Zero();
     Eigen::Vector4d votes = Eigen::Vector4d::Zero();
     double facing_matched = 0, facing_contradicted = 0;
+    std::vector<Eigen::Index> matched;
     Eigen::Matrix3d matched_normals = Eigen::Matrix3d::Zero();
     for (Eigen::Index i = 0; i < source.size(); ++i) {
       const Eigen::Vector3f p = (T * source.samples.points.col(i)).cast<float>();
@@ -177,8 +181,10 @@ TEST(CollectEvidence, AgreesWithPlainSums)
         facing_contradicted +=
             kind == 2 && towards >= options.min_facing ? std::pow(source.samples.weights[i], 0.25) : 0;
       }
-      if (kind == 1)
+      if (kind == 1) {
+        matched.push_back(i);
         matched_normals += source.samples.weights[i] * n * n.transpose();
+      }
     }
     EXPECT_NEAR(evidence.total, sums.sum(), 1e-9);
     EXPECT_NEAR(evidence.matched, sums[1], 1e-9);
@@ -191,8 +197,18 @@ TEST(CollectEvidence, AgreesWithPlainSums)
     EXPECT_NEAR(evidence.facing.contradicted, facing_contradicted, 1e-9);
     EXPECT_TRUE(evidence.matched_normals.isApprox(matched_normals, 1e-9));
     EXPECT_NEAR(evidence.matched_normals.trace(), evidence.matched, 1e-9);
+    double beyond = 0, facing_beyond = 0;
+    for (const Eigen::Index i : beyondThreePlanes(source.samples, matched, options.match)) {
+      const double vote = std::pow(source.samples.weights[i], 0.25);
+      beyond += vote;
+      facing_beyond += source.samples.facing[i] >= options.min_facing ? vote : 0;
+    }
+    EXPECT_NEAR(evidence.patches.beyond, beyond, 1e-9);
+    EXPECT_NEAR(evidence.facing.beyond, facing_beyond, 1e-9);
     all += evidence;
   }
+  EXPECT_GT(all.facing.beyond, 0);
+  EXPECT_LT(all.patches.beyond, all.patches.matched);
   EXPECT_GT(all.facing.contradicted, 0);
   EXPECT_LT(all.facing.contradicted, all.patches.contradicted);
   EXPECT_NEAR(all.patches.total, 5 * source.samples.weights.array().pow(0.25).sum(), 1e-9);
@@ -303,8 +319,8 @@ TEST(SurfaceEvidence, AddsUp)
   a.unmatched = 4;
   a.matched_normals.setConstant(5);
   a.clutter = 6;
-  a.patches = {7, 8, 9};
-  a.facing = {10, 11, 12};
+  a.patches = {7, 8, 9, 13, 14};
+  a.facing = {10, 11, 12, 15, 16};
   b = a;
   b += a;
   EXPECT_EQ(b.total, 2);
@@ -319,6 +335,12 @@ TEST(SurfaceEvidence, AddsUp)
   EXPECT_EQ(b.facing.total, 20);
   EXPECT_EQ(b.facing.matched, 22);
   EXPECT_EQ(b.facing.contradicted, 24);
+  EXPECT_EQ(b.patches.unmatched, 26);
+  EXPECT_EQ(b.patches.beyond, 28);
+  EXPECT_EQ(b.facing.beyond, 32);
+  b.facing *= 0.25;
+  EXPECT_EQ(b.facing.matched, 5.5);
+  EXPECT_EQ(b.facing.beyond, 8);
 }
 
 } // namespace

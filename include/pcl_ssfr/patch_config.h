@@ -172,16 +172,18 @@ struct EvidenceConfig {
 /** \brief The posterior over the poses of a pair and "none of them" (METHOD, "Posterior"). Fitted; only ratios of
  * evidence count.
  *
- * Log odds that the truth is among them: known + any_third log(t) + any_matches log(n), where, of the most probable
- * pose, t is the share of the surface that matches and faces the least represented direction, and n the weighted number
- * of matches that face their sensor, and one. Among them pose k has the log weight second log(m2 + 1) + third
- * log(m3 + 1): m2 and m3 the matched surface that faces the second and the third of the directions that it faces, in
- * JudgementConfig::chance_edge squared. To both FreeSpaceConfig adds what was seen of free space.
+ * Log odds that the truth is among them: known + any_matches log(b + 1) + any_third log(t), where, of the most probable
+ * pose, b is the weighted number of matches that face their sensor and are in none of the three planes that determine a
+ * pose, and t the share of the surface that matches and faces the least represented direction. Among them pose k has
+ * the log weight matches log(b + 1) + second log(m2 + 1) + third log(m3 + 1): m2 and m3 the matched surface that faces
+ * the second and the third of the directions that it faces, in JudgementConfig::chance_edge squared. To both
+ * FreeSpaceConfig adds what was seen of free space.
  */
 struct PosteriorConfig {
   double known{};       ///< for "any of them", constant
-  double any_third{};   ///< for "any of them"
   double any_matches{}; ///< for "any of them"
+  double any_third{};   ///< for "any of them"
+  double matches{};     ///< a corner fits any corner: what matches besides tells poses apart
   double second{};      ///< ground laid on ground matches wherever it is laid: the first direction says nothing
   double third{};       ///< without it much surface may meet, and the pose still slides
 };
@@ -189,14 +191,15 @@ struct PosteriorConfig {
 /** \brief What the free space that both sensors saw adds to the posterior (METHOD, "Posterior"). Fitted with it.
  *
  * For "any of them" any_clutter log(u + 1) - any_contradictions log(x + 1), and for pose k clutter log(u + 1) -
- * contradictions log(c + 1): u the number of points that fit no plane and lie at the depth that the other sensor saw, c
- * the weighted number of patches that contradict the pose, x of those that face their sensor.
+ * contradictions log(c^2 + 1) / 2: u the number of points that fit no plane and lie at the depth that the other sensor
+ * saw, x the weighted number of patches that face their sensor and contradict, c the share of all that contradict in
+ * JudgementConfig::chance_contradictions.
  */
 struct FreeSpaceConfig {
-  double any_clutter = 2.25;       ///< for "any of them"
-  double any_contradictions = 1.1; ///< for "any of them"
-  double clutter = 4.8;            ///< a crown of leaves has no planes to match, but stands where it was seen
-  double contradictions = 4.6;     ///< a car that has moved is twenty patches of a near scan, and two of a far one
+  double any_clutter = 1;        ///< for "any of them"
+  double any_contradictions = 1; ///< for "any of them"
+  double clutter = 3.4;          ///< a crown of leaves has no planes to match, but stands where it was seen
+  double contradictions = 6.3;   ///< a car that has moved is twenty patches of a near scan, and two of a far one
 };
 
 /// How well a polished pose is known (METHOD, "Uncertainty").
@@ -234,12 +237,16 @@ struct PriorConfig {
 
 /// What follows from the posterior.
 struct JudgementConfig {
-  EvidenceConfig evidence;                                      ///< what counts for a pose and against it
-  PriorConfig prior;                                            ///< what is known beforehand
-  UncertaintyConfig uncertainty;                                ///< how well a pose is known
-  PosteriorConfig posterior = {-11.8, 0.4, 0.65, 1.5, 2.3};     ///< where both sensors' places are known or found
-  FreeSpaceConfig free_space;                                   ///< and with it what they saw through
-  PosteriorConfig posterior_blind = {-4.4, 0.56, 1.24, 1.2, 3}; ///< else: nothing can contradict
+  EvidenceConfig evidence;                                       ///< what counts for a pose and against it
+  PriorConfig prior;                                             ///< what is known beforehand
+  UncertaintyConfig uncertainty;                                 ///< how well a pose is known
+  PosteriorConfig posterior = {-3.1, 0.74, 0.7, 0.67, 1.3, 2.5}; ///< where both sensors' places are known or found
+  FreeSpaceConfig free_space;                                    ///< and with it what they saw through
+  /// Else, where nothing can contradict. The last three are half of what fits: most half turns of a place fit there.
+  PosteriorConfig posterior_blind = {-1.95, 1.35, 1, 1.9, 0.8, 1.9};
+  /// Share of the patches that may contradict a pose by chance, added in squares to those that do: with half of it
+  /// exact half turns of a room are told from each other by noise.
+  double chance_contradictions = 0.003;
   double chance_edge = 1; ///< [m] of a square of surface that may meet by chance; 1.7 times as much fits as well
   /// Probability that the truth is among the poses from which on no other is looked for. Poses whose odds against the
   /// best one are what this leaves, 1 : 10, are polished too, and refined from the square of that on: less is known

@@ -50,16 +50,15 @@ struct CandidateEvidence {
   /// As patches_matched, of those patches alone that face their own sensor: a line of points, which noise spreads to a
   /// plane through the sensor, is left out.
   double facing_matched = 0;
-  double facing_score = 0; ///< as Candidate::score, of those patches alone that face their own sensor
+  double beyond_planes = 0; ///< of these, the ones in none of the three planes that determine the pose
+  double facing_score = 0;  ///< as Candidate::score, of those patches alone that face their own sensor
   double unmatched = 0; ///< share of the surface that is in view of the other sensor but met nothing compatible, [0, 1]
   double third_direction =
-      0; ///< matched surface that faces the direction that least of it faces, share of all, [0, 1/3]
-  double beyond_planes =
-      0; ///< weighted share of the patches that face their sensor, match, and are in none of three planes
-  double held_second = 0;    ///< matched surface that faces the direction which the second largest share faces [m^2]
-  double held_third = 0;     ///< matched surface that faces the direction which the least of it faces [m^2]
-  double clutter = 0;        ///< points that fit no plane and lie at the depth that the other sensor saw there
-  double patches = 0;        ///< of both scans, each weighted by the fourth root of its area [m^0.5]
+      0;                  ///< matched surface that faces the direction that least of it faces, share of all, [0, 1/3]
+  double held_second = 0; ///< matched surface that faces the direction which the second largest share faces [m^2]
+  double held_third = 0;  ///< matched surface that faces the direction which the least of it faces [m^2]
+  double clutter = 0;     ///< points that fit no plane and lie at the depth that the other sensor saw there
+  double patches = 0;     ///< of both scans, each weighted by the fourth root of its area [m^0.5]
   double facing_patches = 0; ///< of these, those that face their own sensor
 };
 

@@ -76,9 +76,9 @@ numbersOf(PatchProfileConfig& config)
       NUMBER(preparation.viewpoint.levels[k].points, Bound::AtLeastOne),                                               \
       NUMBER(preparation.viewpoint.levels[k].step, Bound::Positive, Scaling::Scene)
 #define POSTERIOR(which)                                                                                               \
-  NUMBER(judgement.which.known, Bound::Finite), NUMBER(judgement.which.any_third, Bound::NotNegative),                 \
-      NUMBER(judgement.which.any_matches, Bound::NotNegative), NUMBER(judgement.which.second, Bound::NotNegative),     \
-      NUMBER(judgement.which.third, Bound::NotNegative)
+  NUMBER(judgement.which.known, Bound::Finite), NUMBER(judgement.which.any_matches, Bound::NotNegative),               \
+      NUMBER(judgement.which.any_third, Bound::NotNegative), NUMBER(judgement.which.matches, Bound::NotNegative),      \
+      NUMBER(judgement.which.second, Bound::NotNegative), NUMBER(judgement.which.third, Bound::NotNegative)
 #define PASS(which)                                                                                                    \
   NUMBER(search.which.peaks_first, Bound::AtLeastOne), NUMBER(search.which.peaks_second, Bound::AtLeastOne),           \
       NUMBER(search.which.refined, Bound::AtLeastOne), NUMBER(search.which.promising, Bound::Share),                   \
@@ -165,6 +165,7 @@ numbersOf(PatchProfileConfig& config)
           NUMBER(judgement.free_space.clutter, Bound::NotNegative),
           NUMBER(judgement.free_space.contradictions, Bound::NotNegative),
           POSTERIOR(posterior_blind),
+          NUMBER(judgement.chance_contradictions, Bound::OpenShare),
           NUMBER(judgement.chance_edge, Bound::Positive, Scaling::Scene),
           NUMBER(judgement.decided, Bound::Share),
           NUMBER(judgement.unsettled, Bound::Share),

@@ -23,7 +23,7 @@ probabilityOfAny(const ScoredPose& best, const PosteriorModel& model)
     return 0;
   const double third = best.held.third / evidence.total;
   const double log_odds = model.surface.known + model.surface.any_third * std::log(third + kLeastShare) +
-                          model.surface.any_matches * std::log1p(evidence.facing.matched) +
+                          model.surface.any_matches * std::log1p(evidence.facing.beyond) +
                           model.space.any_clutter * std::log1p(evidence.clutter) -
                           model.space.any_contradictions * std::log1p(evidence.facing.contradicted);
   return 1 / (1 + std::exp(-log_odds));
@@ -31,17 +31,18 @@ probabilityOfAny(const ScoredPose& best, const PosteriorModel& model)
 
 /** \brief Log weight of a pose among those of its pair.
  *
- * How much evidence there is of a place depends on what the sensors saw of it. So an amount counts by its logarithm,
- * and the first of the directions not at all: ground laid on ground matches wherever it is laid. One patch may be
- * chance.
+ * How much evidence there is of a place depends on what the sensors saw of it, so an amount counts by its logarithm.
+ * Some of each may be chance: one match, one point, a square of surface; a share of contradictions, added in squares.
  */
 double
 logWeight(const ScoredPose& pose, const PosteriorModel& model)
 {
+  const SurfaceEvidence& evidence = pose.evidence;
   const auto times = [&](double surface) { return std::log1p(surface / model.chance_surface); };
-  return model.surface.second * times(pose.held.second) + model.surface.third * times(pose.held.third) +
-         model.space.clutter * std::log1p(pose.evidence.clutter) -
-         model.space.contradictions * std::log1p(pose.evidence.patches.contradicted) + pose.log_prior;
+  const double chance = std::max(model.chance_contradictions * evidence.patches.total, kLeastShare);
+  return model.surface.matches * std::log1p(evidence.facing.beyond) + model.surface.second * times(pose.held.second) +
+         model.surface.third * times(pose.held.third) + model.space.clutter * std::log1p(evidence.clutter) -
+         model.space.contradictions * std::log(std::hypot(1, evidence.patches.contradicted / chance)) + pose.log_prior;
 }
 
 } // namespace
@@ -51,9 +52,9 @@ makePosteriorModel(const JudgementConfig& config, bool sees_free_space)
 {
   const double chance_surface = config.chance_edge * config.chance_edge;
   if (sees_free_space)
-    return {config.posterior, config.free_space, chance_surface};
+    return {config.posterior, config.free_space, chance_surface, config.chance_contradictions};
   // Where one sensor's place is known, what it alone saw through counts for nothing.
-  return {config.posterior_blind, {0, 0, 0, 0}, chance_surface};
+  return {config.posterior_blind, {0, 0, 0, 0}, chance_surface, config.chance_contradictions};
 }
 
 double

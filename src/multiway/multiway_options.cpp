@@ -66,6 +66,7 @@ validate(const MultiwayOptions& options)
   requireShare("choice.rival", choice.rival);
   requirePositive("choice.outvoted", choice.outvoted);
   requirePositive("choice.clear_odds", choice.clear_odds);
+  requirePositive("choice.score_power", choice.score_power);
   requireShare("choice.lone", choice.lone);
   requireOption(choice.loose >= 1 && choice.loose < 10, "choice.loose", choice.loose, "be 1 or more, less than 10");
   requireShare("alias.level_normal", options.alias.level_normal);

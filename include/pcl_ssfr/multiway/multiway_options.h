@@ -51,9 +51,10 @@ struct ChoiceConfig {
   /// Odds that a placed scan must have against each rival: of a hundred that are doubtful, one may be wrong. They are
   /// those of the links times those of the surfaces: links of places alike err together, so they never decide alone.
   double clear_odds = 100;
-  double outvoted = 1.5; ///< belief for a place over that against it, from which on no rival is looked at
-  double rival = 0.2;    ///< probability of a link from which on its pose is compared with the one chosen
-  double lone = 0.95;    ///< probability that a link must have that alone joins two parts
+  double score_power = 9; ///< of the ratio of their scores, for the odds of the surfaces; fitted to poses of pairs
+  double outvoted = 1.5;  ///< belief for a place over that against it, from which on no rival is looked at
+  double rival = 0.2;     ///< probability of a link from which on its pose is compared with the one chosen
+  double lone = 0.95;     ///< probability that a link must have that alone joins two parts
   /// Factor on matching distances and margins before the poses are exact, and on same_rotation and same_translation:
   /// what does not agree even so is another place.
   double loose = 2;
