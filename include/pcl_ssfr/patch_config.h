@@ -183,7 +183,7 @@ struct PosteriorConfig {
   double known{};       ///< for "any of them", constant
   double any_matches{}; ///< for "any of them"
   double any_third{};   ///< for "any of them"
-  double matches{};     ///< a corner fits any corner: what matches besides tells poses apart
+  double matches{};     ///< a corner fits any corner: what matches besides distinguishes poses
   double second{};      ///< ground laid on ground matches wherever it is laid: the first direction says nothing
   double third{};       ///< without it much surface may meet, and the pose still slides
 };
@@ -245,7 +245,7 @@ struct JudgementConfig {
   /// Else, where nothing can contradict. The last three are half of what fits: most half turns of a place fit there.
   PosteriorConfig posterior_blind = {-1.95, 1.35, 1, 1.9, 0.8, 1.9};
   /// Share of the patches that may contradict a pose by chance, added in squares to those that do: with half of it
-  /// exact half turns of a room are told from each other by noise.
+  /// exact half turns of a room differ by noise alone.
   double chance_contradictions = 0.003;
   double chance_edge = 1; ///< [m] of a square of surface that may meet by chance; 1.7 times as much fits as well
   /// Probability that the truth is among the poses from which on no other is looked for. Poses whose odds against the
