@@ -27,10 +27,10 @@ struct Posterior {
 
 /// What a posterior is computed with.
 struct PosteriorModel {
-  PosteriorConfig surface;              ///< what the matched surface says
-  FreeSpaceConfig space;                ///< what free space says; zeros where it was not seen
-  double chance_surface = 1;            ///< that may meet by chance [m^2]
-  double chance_contradictions = 0.003; ///< share of the patches that may contradict by chance
+  PosteriorConfig surface;          ///< what the matched surface says
+  FreeSpaceConfig space;            ///< what free space says; zeros where it was not seen
+  double chance_surface = 1;        ///< that may meet by chance [m^2]
+  double chance_contradictions = 0; ///< share of the patches that may contradict by chance
 };
 
 /// What it is for a pair of which both sensors' places are known or found, or not.

@@ -18,8 +18,8 @@ struct PlaceOdds {
   double score = 0;
 };
 /** \brief Whether the odds for the place chosen against a rival are enough (ChoiceConfig::clear_odds): those of the
- * links times those of the surfaces, by ChoiceConfig::score_power. A rival whose score is not
- * positive is none; one with the higher score always competes.
+ * links times those of the surfaces, by ChoiceConfig::score_power. A rival whose score is not positive is none; one
+ * with the higher score always competes.
  */
 bool
 isClear(const PlaceOdds& chosen, const PlaceOdds& rival, const MultiwayOptions& options);
