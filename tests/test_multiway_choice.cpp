@@ -101,22 +101,6 @@ TEST(HypothesisGraph, loopsRaiseWhatClosesAndLowerWhatDoesNot)
   }
 }
 
-TEST(HypothesisGraph, whatIsExcludedIsNeitherProbableNorRaisedByLoops)
-{
-  const MadeUpJob job = fullJob(5);
-  const ExcludedHypotheses excluded = {{2, 0}, {7, 0}};
-  const HypothesisGraph all = weighHypotheses(job.links, job.places, {}, oneThread());
-  const HypothesisGraph graph = weighHypotheses(job.links, job.places, {}, oneThread(), excluded);
-  for (const WeighedHypothesis& h : graph.hypotheses)
-    if (excluded.count({h.link, h.rank}) > 0) {
-      EXPECT_EQ(h.prior, 0);
-      EXPECT_EQ(h.belief, 0);
-    }
-    else
-      EXPECT_GT(h.belief, 0.9);
-  EXPECT_LT(graph.related_share, all.related_share); // they count as pairs that share nothing
-}
-
 TEST(HypothesisGraph, thePriorFollowsTheShareOfRelatedPairs)
 {
   // The same link among pairs that share nothing is less probable than among pairs that share a place.
@@ -252,22 +236,6 @@ TEST(Assembly, aJoinThatTheTestRefusesIsNotMadeByAnyLink)
   EXPECT_EQ(assembly.part[0], assembly.part[2]);
   EXPECT_NE(assembly.part[0], assembly.part[3]);
   EXPECT_THAT(assembly.refusal[2], HasSubstr("look alike")); // 0-3
-}
-
-TEST(Assembly, sureLinksThatAreExcludedMakeALoneLinkDoubtful)
-{
-  // Two pairs of scans and a sure link between them; of the others sure ones were excluded.
-  MadeUpJob job(6);
-  job.addTrue(0, 1, 0.97);
-  for (const auto& [i, j] : {std::pair(0, 4), std::pair(1, 5), std::pair(2, 4), std::pair(3, 5)})
-    job.addFalse(i, j, {5, 0, 0}, 0.97);
-  const MultiwayOptions options = oneThread();
-  const auto shareOfFalse = [&](const ExcludedHypotheses& excluded) {
-    const HypothesisGraph graph = weighHypotheses(job.links, job.places, {}, options, excluded);
-    return assemble(job.links, graph, job.places, noContradiction, {}, job.names, options).false_share;
-  };
-  EXPECT_LT(shareOfFalse({}), 0.05);
-  EXPECT_GT(shareOfFalse({{1, 0}, {2, 0}, {3, 0}, {4, 0}}), 0.1);
 }
 
 TEST(Assembly, aPersonsWordCounts)

@@ -94,6 +94,84 @@ TEST(Furniture, ofRoomsAlikeIsSeenThrough)
   EXPECT_GT(e.seen_through, 10 * MultiwayOptions().furniture.seen_through * e.in_view);
 }
 
+double
+logOddsOf(const PlacementEvidence& e)
+{
+  return furnitureLogOdds(e, FurnitureConfig());
+}
+
+PlacementEvidence
+furniture(double in_view, double seen_through)
+{
+  PlacementEvidence e;
+  e.in_view = in_view;
+  e.seen_through = seen_through;
+  return e;
+}
+
+TEST(Furniture, tellsOneRoomFromRoomsAlike)
+{
+  EXPECT_GT(logOddsOf(evidenceOf(room(kHere), room(kHere), Eigen::Isometry3d::Identity())), 0.2);
+  EXPECT_LT(logOddsOf(evidenceOf(room(kHere), room(kElsewhere), Eigen::Isometry3d::Identity())), -3);
+}
+
+TEST(FurnitureLogOdds, areThoseOfTwoDrawsOfAShare)
+{
+  // The sum over all shares, by hand: of 12 patches in view 0, 1 and 5 are seen through.
+  const FurnitureConfig config;
+  const auto probability = [](int n, int v, double mean) {
+    const double b = (1 - mean) / mean;
+    const int steps = 200000;
+    double sum = 0;
+    for (int k = 0; k < steps; ++k) {
+      const double share = (k + 0.5) / steps;
+      sum += b * std::pow(1 - share, b - 1) * std::pow(share, n) * std::pow(1 - share, v - n) / steps;
+    }
+    return sum; // what all orders of n of v have in common is left out
+  };
+  for (const int n : {0, 1, 5})
+    EXPECT_NEAR(furnitureLogOdds(furniture(12, n), config),
+                std::log(probability(n, 12, config.seen_through) / probability(n, 12, config.seen_through_alike)),
+                1e-4)
+        << n;
+}
+
+TEST(FurnitureLogOdds, growSlowlyWithWhatIsInViewAndFallFastWithWhatIsSeenThrough)
+{
+  const FurnitureConfig config;
+  EXPECT_NEAR(furnitureLogOdds(furniture(0, 0), config), 0, 1e-12); // nothing in view, nothing known
+  EXPECT_NEAR(furnitureLogOdds(furniture(0, 3), config), 0, 1e-12);
+  double before = 0;
+  for (const double in_view : {1, 10, 100, 1000, 100000}) {
+    const double odds = furnitureLogOdds(furniture(in_view, 0), config);
+    EXPECT_GT(odds, before);
+    EXPECT_LT(odds,
+              std::log(config.seen_through_alike / config.seen_through) + 0.1); // that copies are rare is no proof
+    before = odds;
+  }
+  before = furnitureLogOdds(furniture(40, 0), config);
+  for (double n = 0.5; n <= 40; n += 0.5) {
+    EXPECT_LT(furnitureLogOdds(furniture(40, n), config), before);
+    before = furnitureLogOdds(furniture(40, n), config);
+  }
+  EXPECT_LT(before, -30);
+  EXPECT_EQ(furnitureLogOdds(furniture(40, 50), config), before); // no more than is in view
+}
+
+TEST(ShareOfPlacesAlike, isThatOfThePosesThatFurnitureSpeaksAgainst)
+{
+  const FurnitureConfig config;
+  EXPECT_EQ(shareOfPlacesAlike({}, config), 0);
+  EXPECT_LT(shareOfPlacesAlike(std::vector<PlacementEvidence>(3, furniture(0, 0)), config), 0.01); // nothing is known
+  EXPECT_LT(shareOfPlacesAlike({furniture(200, 30)}, config), config.least_false); // one pair is no building
+  std::vector<PlacementEvidence> pairs(60, furniture(200, 0));
+  EXPECT_LT(shareOfPlacesAlike(pairs, config), 0.05);
+  pairs.insert(pairs.end(), 40, furniture(200, 30));
+  EXPECT_NEAR(shareOfPlacesAlike(pairs, config), 0.4, 0.07); // some that see nothing through might be alike
+  pairs.erase(pairs.begin(), pairs.begin() + 60);
+  EXPECT_GT(shareOfPlacesAlike(pairs, config), 0.85);
+}
+
 TEST(Furniture, isTheSameSeenFromEitherScan)
 {
   const PreparedScan a = room(kHere), b = room(kElsewhere);

@@ -109,7 +109,7 @@ TEST_F(Parts, sureLinksAreCountedWhereTheyTouch)
   EXPECT_EQ(count(7, SureBy::Loops).contradicted, count(7, SureBy::Pair).contradicted == 8 ? 5 : -1);
 }
 
-TEST_F(Parts, linksThatAreRejectedOrExcludedDoNotCount)
+TEST_F(Parts, linksThatAreRejectedDoNotCount)
 {
   for (std::size_t k = 1; k < graph_.hypotheses.size(); ++k) // all but 0 - 1
     graph_.hypotheses[k].prior = 0;

@@ -134,7 +134,7 @@ TEST_F(RivalPlaces, linksThatAgreeAddUp)
 TEST_F(RivalPlaces, ofLittleProbabilityAreNone)
 {
   job_.addTrue(0, 4, 0.9);
-  job_.addFalse(1, 4, elsewhere_, 0.19);
+  job_.addFalse(1, 4, elsewhere_, 0.09);
   there_ = 40;
   EXPECT_THAT(find(), IsEmpty());
 }
@@ -190,17 +190,6 @@ TEST_F(RivalPlaces, ofNothingAreNone)
   HypothesisGraph graph;
   graph.first.push_back(0);
   EXPECT_THAT(findScansWithRivals({}, {Assembly(), {}, graph, {}}, nullptr, {}, {}, MultiwayOptions(), 1), IsEmpty());
-}
-
-TEST(ScansOfMisledParts, areThoseWithRivalsWhereTheyAreHalfOfAPart)
-{
-  EXPECT_THAT(scansOfMisledParts({{1, 3, 5, 7}}, {7, 3}), ElementsAre(3, 7));
-  EXPECT_THAT(scansOfMisledParts({{1, 3, 5, 7, 9}}, {7, 3}), IsEmpty());
-  // Each part by itself: the first has three of four, the second one of three, the third none.
-  EXPECT_THAT(scansOfMisledParts({{4, 6, 8, 9}, {0, 1, 2}, {3, 5}}, {9, 8, 2, 4}), ElementsAre(4, 8, 9));
-  EXPECT_THAT(scansOfMisledParts({{0, 1}}, {}), IsEmpty());
-  EXPECT_THAT(scansOfMisledParts({{0, 1}}, {2}), IsEmpty()); // of a part that is decided
-  EXPECT_THAT(scansOfMisledParts({}, {0, 1}), IsEmpty());
 }
 
 } // namespace

@@ -4,7 +4,7 @@
 #include "multiway/assembly.h"
 
 #include "common/parallel.h"
-#include "multiway/parts.h"
+#include "multiway/growing_parts.h"
 #include "multiway/rival_places.h"
 
 #include <algorithm>
@@ -17,7 +17,6 @@ namespace pcl_ssfr {
 
 namespace {
 
-constexpr double kGrowth = 1.2; // of a part, after which its poses are adjusted again
 // Sure loops that close with a link which joins two parts with no other one: the best supported joins come first.
 constexpr double kLeastLoops[] = {3, 1.5, 0.5};
 constexpr std::size_t kRivals = 5;   // that are compared
@@ -47,18 +46,8 @@ public:
             const MultiwayOptions& options,
             const JoinTest& join_test)
       : links_(links), graph_(graph), places_(places), evidence_(evidence), decisions_(decisions), names_(names),
-        options_(options), join_test_(join_test), adjusted_size_(places.size(), 1)
-  {
-    const std::size_t n = places.size();
-    assembly_.part.resize(n);
-    std::iota(assembly_.part.begin(), assembly_.part.end(), 0);
-    assembly_.poses.assign(n, Eigen::Isometry3d::Identity());
-    assembly_.used.assign(links.size(), -1);
-    assembly_.refusal.resize(links.size());
-    members_.resize(n);
-    for (std::size_t i = 0; i < n; ++i)
-      members_[i] = {static_cast<int>(i)};
-  }
+        options_(options), join_test_(join_test), parts_(links, graph, places, options.choice)
+  {}
 
   Assembly
   run()
@@ -79,7 +68,7 @@ public:
       for (bool has_grown = true; has_grown;) {
         has_grown = false;
         if (is_last)
-          assembly_.false_share = falseShare();
+          parts_.assembly().false_share = falseShare();
         for (const std::size_t h : order)
           if ((belief(h) >= options_.choice.sure || isAccepted(h)) && join(h, least_loops, is_last))
             has_grown = true;
@@ -88,10 +77,8 @@ public:
     for (const double least_loops : kLeastLoops)
       joinAll(least_loops, false);
     joinAll(kLeastLoops[2], true);
-    for (std::size_t p = 0; p < members_.size(); ++p)
-      if (members_[p].size() > 1)
-        adjust(static_cast<int>(p));
-    return std::move(assembly_);
+    parts_.adjustAll();
+    return std::move(parts_.assembly());
   }
 
 private:
@@ -108,12 +95,12 @@ private:
   int
   partOf(int scan) const
   {
-    return assembly_.part[static_cast<std::size_t>(scan)];
+    return parts_.partOf(scan);
   }
   const Eigen::Isometry3d&
   pose(int scan) const
   {
-    return assembly_.poses[static_cast<std::size_t>(scan)];
+    return parts_.pose(scan);
   }
 
   /// Votes on laying part \p a into the frame of part \p b.
@@ -144,8 +131,8 @@ private:
         else if (w.belief > against) {
           against = w.belief;
           const Eigen::Isometry3d& T_target_source = pair.hypotheses[w.rank].T_target_source;
-          T_rival = forward ? pose(pair.target) * T_target_source * pose(pair.source).inverse()
-                            : pose(pair.source) * T_target_source.inverse() * pose(pair.target).inverse();
+          const Eigen::Isometry3d there = parts_.partPose(pair, T_target_source);
+          T_rival = forward ? there : there.inverse();
         }
       }
       result.agree += for_it;
@@ -169,8 +156,7 @@ private:
            int a,
            const Eigen::Isometry3d& T_considered) const
   {
-    const int first = members_[static_cast<std::size_t>(a)].front();
-    const Eigen::Vector3d place = pose(first) * places_[static_cast<std::size_t>(first)];
+    const Eigen::Vector3d place = parts_.placeOf(a);
     if (!areDistinct(T_b_a, T_considered, place, options_.choice))
       return;
     for (auto& [sum, T] : rivals)
@@ -181,22 +167,11 @@ private:
     rivals.emplace_back(belief, T_b_a);
   }
 
-  /// Each scan of the one part in each of the other.
-  std::vector<PlacedPair>
-  pairsAt(int a, int b, const Eigen::Isometry3d& T_b_a) const
-  {
-    std::vector<PlacedPair> pairs;
-    for (const int i : members_[static_cast<std::size_t>(a)])
-      for (const int j : members_[static_cast<std::size_t>(b)])
-        pairs.push_back({i, j, pose(j).inverse() * T_b_a * pose(i)});
-    return pairs;
-  }
-
   /// What the surfaces say of it.
   PlacementEvidence
   verify(int a, int b, const Eigen::Isometry3d& T_b_a) const
   {
-    const std::vector<PlacedPair> pairs = pairsAt(a, b, T_b_a);
+    const std::vector<PlacedPair> pairs = parts_.pairsAt(a, b, T_b_a);
     std::vector<PlacementEvidence> found(pairs.size());
     forEachInParallel(
         static_cast<std::int64_t>(pairs.size()), 1, static_cast<int>(options_.threads), [&](std::int64_t k) {
@@ -228,14 +203,13 @@ private:
         checkAccepted(pair);
       return false;
     }
-    const Eigen::Isometry3d T_b_a =
-        pose(pair.target) * pair.hypotheses[w.rank].T_target_source * pose(pair.source).inverse();
+    const Eigen::Isometry3d T_b_a = parts_.partPose(pair, pair.hypotheses[w.rank].T_target_source);
     const Vote votes = vote(a, b, T_b_a);
     const std::string refusal = votes.accepted ? "" : whyNot(w, pair, votes, a, b, T_b_a, least_loops, is_last);
-    assembly_.refusal[w.link] = refusal;
+    parts_.assembly().refusal[w.link] = refusal;
     if (!refusal.empty())
       return false;
-    merge(a, b, T_b_a);
+    parts_.merge(a, b, T_b_a);
     return true;
   }
 
@@ -256,7 +230,7 @@ private:
       if (!is_last)
         return "nothing else supports it";
       // Loops that would close with it do not count here: they may be of places alike.
-      const double sure = std::min({w.belief, w.prior, pair.confidence}) * (1 - assembly_.false_share);
+      const double sure = std::min({w.belief, w.prior, pair.confidence}) * (1 - parts_.assembly().false_share);
       if (pair.status != Status::Converged || w.rank != 0 || sure < options_.choice.lone) {
         char text[160];
         std::snprintf(text,
@@ -270,7 +244,7 @@ private:
     const PlacementEvidence e = verify(a, b, T_b_a);
     if (!(scoreOf(e) > 0))
       return "it puts surfaces into the free space of other scans";
-    if (std::string reason = join_test_ ? join_test_(pairsAt(a, b, T_b_a)) : ""; !reason.empty())
+    if (std::string reason = join_test_ ? join_test_(parts_.pairsAt(a, b, T_b_a)) : ""; !reason.empty())
       return reason;
     if (votes.agree >= options_.choice.outvoted * votes.disagree)
       return "";
@@ -320,52 +294,14 @@ private:
     return "the loop " + text + " - " + names_[static_cast<std::size_t>(from)] + " does not close";
   }
 
-  /// The smaller part moves into the frame of the larger one.
-  void
-  merge(int a, int b, const Eigen::Isometry3d& T_b_a)
-  {
-    auto from = static_cast<std::size_t>(a);
-    auto into = static_cast<std::size_t>(b);
-    Eigen::Isometry3d T = T_b_a;
-    if (members_[from].size() > members_[into].size()) {
-      std::swap(from, into);
-      T = T.inverse();
-    }
-    for (const int scan : members_[from]) {
-      auto& its = assembly_.poses[static_cast<std::size_t>(scan)];
-      its = T * its;
-      assembly_.part[static_cast<std::size_t>(scan)] = static_cast<int>(into);
-    }
-    members_[into].insert(members_[into].end(), members_[from].begin(), members_[from].end());
-    std::sort(members_[into].begin(), members_[into].end());
-    members_[from].clear();
-    if (static_cast<double>(members_[into].size()) >= kGrowth * static_cast<double>(adjusted_size_[into]))
-      adjust(static_cast<int>(into));
-  }
-
-  void
-  adjust(int part)
-  {
-    chooseLinks(assembly_, links_, graph_, places_, options_.choice);
-    adjustPart(assembly_, part, links_, places_);
-    adjusted_size_[static_cast<std::size_t>(part)] = members_[static_cast<std::size_t>(part)].size();
-  }
-
-  /// Of the links that are sure by themselves: the share that the parts contradict, or that was excluded before.
+  /// Of the links that are sure by themselves: the share that the parts contradict.
   double
   falseShare() const
   {
     double right = 0, wrong = 0;
     for (std::size_t k = 0; k < links_.size(); ++k) {
       const PairLink& pair = links_[k];
-      if (pair.hypotheses.empty())
-        continue;
-      if (pair.status == Status::Converged && !(graph_.hypotheses[graph_.first[k]].prior > 0) &&
-          decisions_.rejected.count({pair.source, pair.target}) == 0) {
-        wrong += 1;
-        continue;
-      }
-      if (pair.status != Status::Converged || partOf(pair.source) != partOf(pair.target))
+      if (pair.hypotheses.empty() || pair.status != Status::Converged || partOf(pair.source) != partOf(pair.target))
         continue;
       const Eigen::Isometry3d T = pose(pair.target).inverse() * pose(pair.source);
       (agree(
@@ -384,9 +320,7 @@ private:
   const std::vector<std::string>& names_;
   const MultiwayOptions& options_;
   const JoinTest& join_test_;
-  std::vector<std::size_t> adjusted_size_;
-  std::vector<std::vector<int>> members_;
-  Assembly assembly_;
+  GrowingParts parts_;
 };
 
 } // namespace

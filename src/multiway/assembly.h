@@ -39,7 +39,7 @@ struct Assembly {
  * Two parts are joined at a pose when the links between them that agree with it outweigh those that do not, and when
  * the surfaces of all scans of the one do not hang in the free space of all scans of the other. A single link joins
  * parts only when a loop closes with it, or, in the end, when it is sure even among the links of this building: the
- * share of sure links that are false here is taken off. Sure links that are excluded count as false there.
+ * share of sure links that are false here is taken off.
  * \param[in] places of the sensors in the scans' frames [m]
  * \param[in] join_test nullptr: none
  * \throw std::invalid_argument when accepted links do not agree: the text names scans by \p names

@@ -6,11 +6,55 @@
 #include "preparation/planar_patches.h"
 #include "profiles/prepared_data.h"
 
+#include <algorithm>
 #include <cmath>
 #include <variant>
 #include <vector>
 
 namespace pcl_ssfr {
+
+namespace {
+
+constexpr int kShareRounds = 30;
+constexpr double kPairsBefore = 3; // right ones, before any was seen: a small job has few
+
+/// Logarithm of the probability that n of v patches are seen through when the share is drawn from Beta(1, b) with that
+/// mean, up to what does not depend on the mean.
+double
+logProbability(double n, double v, double mean)
+{
+  const double b = (1 - mean) / mean;
+  return std::log(b) + std::lgamma(v - n + b) - std::lgamma(v + b + 1);
+}
+
+} // namespace
+
+bool
+isWalled(const PreparedScan& scan, const OrientedSamples& furniture)
+{
+  return 2 * furniture.size() < std::get<PatchScan>(scan.data().scan).patches.samples.size();
+}
+
+double
+furnitureLogOdds(const PlacementEvidence& pair, const FurnitureConfig& config)
+{
+  const double v = pair.in_view;
+  const double n = std::clamp(pair.seen_through, 0.0, v);
+  return logProbability(n, v, config.seen_through) - logProbability(n, v, config.seen_through_alike);
+}
+
+double
+shareOfPlacesAlike(const std::vector<PlacementEvidence>& pairs, const FurnitureConfig& config)
+{
+  double share = 0.5;
+  for (int round = 0; round < kShareRounds; ++round) {
+    double alike = 0;
+    for (const PlacementEvidence& pair : pairs)
+      alike += share / (share + std::exp(furnitureLogOdds(pair, config)) * (1 - share));
+    share = alike / (kPairsBefore + static_cast<double>(pairs.size()));
+  }
+  return share;
+}
 
 OrientedSamples
 furnitureOf(const PreparedScan& scan, const FurnitureConfig& config)

@@ -4,9 +4,12 @@
 #pragma once
 
 #include "common/types.h"
+#include "multiway/scan_pair.h"
 
 #include <pcl_ssfr/multiway/multiway_options.h>
 #include <pcl_ssfr/prepared_scan.h>
+
+#include <vector>
 
 namespace pcl_ssfr {
 
@@ -17,5 +20,26 @@ namespace pcl_ssfr {
  */
 OrientedSamples
 furnitureOf(const PreparedScan& scan, const FurnitureConfig& config);
+
+/// Whether less than half of the patches of a scan are furniture: elsewhere much of it is leaves, which are seen
+/// through from anywhere. \return false of a scan that has no patches
+bool
+isWalled(const PreparedScan& scan, const OrientedSamples& furniture);
+
+/** \brief Log odds that two scans show one place and not two places alike, by the furniture that is seen through.
+ *
+ * Of each kind of pair the share of it is taken for a draw from a beta distribution with its mode at none: of the
+ * patches in view, each is seen through with that share.
+ * \param[in] pair PlacementEvidence::in_view and seen_through of furniture; of nothing in view nothing is known: 0
+ */
+double
+furnitureLogOdds(const PlacementEvidence& pair, const FurnitureConfig& config);
+
+/** \brief The share of poses that are of places alike, by the furniture that is seen through: by expectation and
+ * maximisation, some right poses added.
+ * \return [0, 1); 0 of no poses
+ */
+double
+shareOfPlacesAlike(const std::vector<PlacementEvidence>& pairs, const FurnitureConfig& config);
 
 } // namespace pcl_ssfr

@@ -168,16 +168,11 @@ HypothesisGraph
 weighHypotheses(const std::vector<PairLink>& links,
                 const std::vector<Eigen::Vector3d>& places,
                 const Decisions& decisions,
-                const MultiwayOptions& options,
-                const ExcludedHypotheses& excluded)
+                const MultiwayOptions& options)
 {
-  const auto isExcluded = [&](std::size_t k, std::size_t rank) { return excluded.count({k, rank}) > 0; };
   std::vector<double> none(links.size()); // by the pairs alone, later in a building of this kind
-  for (std::size_t k = 0; k < links.size(); ++k) {
+  for (std::size_t k = 0; k < links.size(); ++k)
     none[k] = links[k].probability_of_none;
-    for (std::size_t rank = 0; rank < links[k].hypotheses.size(); ++rank)
-      none[k] += isExcluded(k, rank) ? links[k].hypotheses[rank].probability : 0;
-  }
   HypothesisGraph graph;
   graph.related_share = estimateShare(none, options.link.fitted_share);
   // "None of them" is a place that is not shared, or a pose that was not found. Where more pairs share a place than in
@@ -196,7 +191,7 @@ weighHypotheses(const std::vector<PairLink>& links,
       h.prior = any > 0 ? related * link.hypotheses[rank].probability / any : 0;
       if (isAccepted(decisions, link))
         h.prior = rank == 0 ? 1 : 0;
-      if (isRejected(decisions, link) || isExcluded(k, rank))
+      if (isRejected(decisions, link))
         h.prior = 0;
       h.belief = h.prior;
       graph.hypotheses.push_back(h);
@@ -222,8 +217,6 @@ weighHypotheses(const std::vector<PairLink>& links,
       for (std::size_t m = 0; m < loops[k].size(); ++m) {
         WeighedHypothesis& h = graph.hypotheses[graph.first[k] + m];
         h.loops = loops[k][m];
-        if (isExcluded(k, m))
-          continue;
         const double gain =
             std::clamp(options.choice.loop_weight * h.loops, -options.choice.loop_bound, options.choice.loop_bound);
         sum += h.belief = std::max(h.prior, kSmallest) * std::exp(gain);

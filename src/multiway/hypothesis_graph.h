@@ -10,14 +10,9 @@
 
 #include <Eigen/Geometry>
 
-#include <set>
-#include <utility>
 #include <vector>
 
 namespace pcl_ssfr {
-
-/// Hypotheses that are left out, as (link, rank).
-using ExcludedHypotheses = std::set<std::pair<std::size_t, std::size_t>>;
 
 /// A pose of a pair, weighed against all other pairs.
 struct WeighedHypothesis {
@@ -56,13 +51,11 @@ areDistinct(const Eigen::Isometry3d& a,
  *
  * \param[in] links by source, then target, source < target
  * \param[in] places of the sensors, in the scans' frames [m]
- * \param[in] excluded what they claimed is counted as no shared place
  */
 HypothesisGraph
 weighHypotheses(const std::vector<PairLink>& links,
                 const std::vector<Eigen::Vector3d>& places,
                 const Decisions& decisions,
-                const MultiwayOptions& options,
-                const ExcludedHypotheses& excluded = {});
+                const MultiwayOptions& options);
 
 } // namespace pcl_ssfr

@@ -13,6 +13,7 @@
 #include "multiway/placed_evidence.h"
 #include "multiway/places_alike.h"
 #include "multiway/rival_places.h"
+#include "multiway/same_place.h"
 #include "multiway/scan_pair.h"
 
 #include <algorithm>
@@ -37,6 +38,8 @@ placesOf(const MapInput& input, const MultiwayMap& map)
   return places;
 }
 
+constexpr const char* kHasRival = "another place in the map explains its surfaces nearly as well, or better";
+
 /// Everything after linking, in order.
 class MapMaker {
 public:
@@ -57,11 +60,11 @@ public:
   {
     StageClock clock;
     checkDecisions();
-    Placement placed = choose({}, nullptr);
+    Placement placed = choose();
     map_.stages.push_back(clock.lap("choose", links_.size(), countParts(placed.assembly)));
     adjust(placed);
-    const bool is_chosen_apart = chooseAnewInDoubt(placed);
-    if (separateAlike(placed) || is_chosen_apart)
+    const bool is_chosen_anew = chooseAnewInDoubt(placed);
+    if (separateAlike(placed) || is_chosen_anew)
       adjustAnew(placed);
     for (std::string& note : alike_.repeatedStations(placed.assembly))
       map_.notes.push_back(std::move(note));
@@ -88,21 +91,18 @@ private:
     Assembly assembly;
     std::vector<std::string> reasons;           ///< why scans stand apart
     std::vector<Eigen::Isometry3d> graph_poses; ///< before the joint adjustment
-    std::vector<int> misled;                    ///< PlacesAlike::misled()
+    bool is_distinguished = false;              ///< furniture told places apart that look alike
   };
 
-  /// Put the scans together, but not by the hypotheses that are excluded, nor as the test of joins forbids.
+  /// Put the scans together.
   Placement
-  choose(const ExcludedHypotheses& excluded, const JoinTest& join_test)
+  choose()
   {
     report("choose", 0, 3);
     Placement placed;
-    placed.graph = weighHypotheses(links_, places_, input_.decisions, input_.options, excluded);
+    placed.graph = weighHypotheses(links_, places_, input_.decisions, input_.options);
     report("choose", 1, 3);
-    const JoinTest may_stand = [&](const std::vector<PlacedPair>& pairs) {
-      std::string reason = againstPoses(pairs);
-      return reason.empty() && join_test ? join_test(pairs) : reason;
-    };
+    const JoinTest may_stand = [this](const std::vector<PlacedPair>& pairs) { return againstPoses(pairs); };
     placed.assembly = assemble(
         links_, placed.graph, places_, evidenceFunction(), input_.decisions, names_, input_.options, may_stand);
     report("choose", 2, 3);
@@ -128,78 +128,52 @@ private:
     return "";
   }
 
-  std::set<int>
-  inDoubt(const Placement& placed) const
-  {
-    std::set<int> scans = alike_.inDoubt(placed.assembly, placed.graph);
-    scans.insert(placed.misled.begin(), placed.misled.end());
-    return scans;
-  }
-
-  /// Where parts are in doubt, all is put together once more: by what is nearly free of contradictions and, where that
-  /// does not do, by furniture. \return whether scans were put apart since the last adjustment
+  /// Where sure links refute each other, or furniture finds many of them false, places look alike: all is put together
+  /// once more, by what distinguishes them. \return whether it was
   bool
   chooseAnewInDoubt(Placement& placed)
   {
-    const std::set<int> in_doubt = inDoubt(placed);
-    if (in_doubt.empty())
+    const FurnitureFindings furniture = alike_.findFurniture(placed.graph);
+    const bool is_in_doubt = furniture.refutes || alike_.isRefutedAnywhere(placed.assembly, placed.graph) ||
+                             (furniture.distinguishes && !alike_.storeys(placed.assembly).empty());
+    if (!is_in_doubt)
       return false;
-    const std::size_t notes = map_.notes.size();
-    placed = choose(alike_.contradicting(in_doubt), nullptr);
-    adjust(placed);
-    if (separate(alike_.sameStations(placed.assembly, in_doubt),
-                 "places here look alike: it would stand where other scans do, and sees the same",
-                 placed)) {
-      separateHanging(placed);
+    placed.is_distinguished = furniture.distinguishes;
+    SamePlaceOdds odds(
+        [this](const PlacedPair& pair) { return alike_.samePlaceLogOdds(pair); }, places_, input_.options);
+    const JoinTest may_stand = [this](const std::vector<PlacedPair>& pairs) { return againstPoses(pairs); };
+    placed.assembly =
+        assembleBySamePlace(links_, placed.graph, places_, odds, input_.decisions, input_.options, may_stand);
+    chooseLinks(placed.assembly, links_, placed.graph, places_, input_.options.choice);
+    placed.reasons.assign(names_.size(), "");
+    separateHanging(placed);
+    adjustAnew(placed);
+    if (separateHanging(placed))
       adjustAnew(placed);
-    }
-    if (inDoubt(placed).empty())
-      return false;
-    map_.notes.resize(notes); // of what is chosen anew
-    placed = chooseByFurniture(in_doubt);
-    return separate(
-        alike_.rivalGroups(placed.assembly), "places here look alike: groups of scans contradict each other", placed);
+    const PlacedScans scans = {placed.assembly, links_, placed.graph, places_};
+    putApart(findScansWithRivalsAlike(all(), scans, odds, input_.decisions, input_.options),
+             kHasRival,
+             alike_.tied(),
+             placed);
+    separateHanging(placed);
+    return true;
   }
 
-  /// Put scans apart, of any part, where it is said by what stands where. \return whether there are any
+  /// Put scans apart of storeys that may be several, where furniture does not tell these apart, and of piles that may
+  /// belong elsewhere. \return whether there are any
   bool
-  separateAlike(Placement& placed)
+  separateAlike(Placement& placed) const
   {
-    const bool is_storey = separate(alike_.storeys(placed.assembly),
+    const bool is_storey = !placed.is_distinguished &&
+                           separate(alike_.storeys(placed.assembly),
                                     "it may be of a storey that only looks like the one of the scans it is linked to",
                                     placed);
-    const bool is_station =
-        separate(alike_.contradictingStations(placed.assembly),
-                 "places here look alike: it would stand where other scans do, and contradicts them",
-                 placed);
     const Piles piles = alike_.piles(placed.assembly);
     std::vector<int> in_piles;
     for (const auto& [i, pile] : piles)
       in_piles.push_back(i);
     const bool is_rival = separateRivals(in_piles, piles, placed);
-    return is_storey || is_station || is_rival;
-  }
-
-  /// Put the scans together where not only walls agree, but furniture as well.
-  Placement
-  chooseByFurniture(const std::set<int>& in_doubt)
-  {
-    alike_.findFurniture();
-    const JoinTest join_test = [this](const std::vector<PlacedPair>& pairs) -> std::string {
-      if (alike_.mayStand(pairs))
-        return "";
-      return "places here look alike, and what is in them is not the same, or two scans would stand at one place";
-    };
-    ExcludedHypotheses excluded = alike_.excluded(in_doubt);
-    Placement placed = choose(excluded, join_test);
-    adjust(placed);
-    const ExcludedHypotheses rivals = alike_.betweenRivals(placed.assembly);
-    if (!rivals.empty()) {
-      excluded.insert(rivals.begin(), rivals.end());
-      placed = choose(excluded, join_test);
-      adjust(placed);
-    }
-    return placed;
+    return is_storey || is_rival;
   }
 
   /// Joint adjustment, and scans out that do not bear it.
@@ -209,9 +183,7 @@ private:
     adjustAnew(placed);
     if (separateHanging(placed))
       adjustAnew(placed);
-    std::vector<int> all(names_.size());
-    std::iota(all.begin(), all.end(), 0);
-    if (separateRivals(all, {}, placed)) {
+    if (separateRivals(all(), {}, placed)) {
       separateHanging(placed);
       adjustAnew(placed);
     }
@@ -247,6 +219,13 @@ private:
   scan(int i) const
   {
     return input_.prepared[static_cast<std::size_t>(i)];
+  }
+  std::vector<int>
+  all() const
+  {
+    std::vector<int> scans(names_.size());
+    std::iota(scans.begin(), scans.end(), 0);
+    return scans;
   }
   const std::string&
   name(int i) const
@@ -393,11 +372,7 @@ private:
                                                      input_.decisions,
                                                      input_.options,
                                                      threads_);
-    placed.misled = alike_.misled(placed.assembly, out);
-    return putApart(out,
-                    "another place in the map explains its surfaces nearly as well, or better",
-                    piles.empty() ? accepted_ : alike_.tied(),
-                    placed);
+    return putApart(out, kHasRival, piles.empty() ? accepted_ : alike_.tied(), placed);
   }
 
   void

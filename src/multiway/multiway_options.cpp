@@ -75,18 +75,11 @@ validate(const MultiwayOptions& options)
   requireShare("alias.least_level_share", options.alias.least_level_share);
   requirePositive("alias.same_level", options.alias.same_level);
   requireShare("alias.same_view", options.alias.same_view);
-  requireShare("alias.seen_through", options.alias.seen_through);
   requirePositive("alias.storey", options.alias.storey);
   requireOption(options.alias.least_scans >= 2,
                 "alias.least_scans",
                 static_cast<double>(options.alias.least_scans),
                 "be 2 or more");
-  const RivalGroupsConfig& groups = options.rival_groups;
-  requireShare("rival_groups.least_matched", groups.least_matched);
-  requireShare("rival_groups.seen_through", groups.seen_through);
-  requirePositive("rival_groups.ratio", groups.ratio);
-  requirePositive("rival_groups.significance", groups.significance);
-  requirePositive("rival_groups.prior_patches", groups.prior_patches);
   const FurnitureConfig& furniture = options.furniture;
   requirePositive("furniture.most_area", furniture.most_area);
   requirePositive("furniture.reach", furniture.reach);
@@ -94,7 +87,8 @@ validate(const MultiwayOptions& options)
   requireShare("furniture.parallel", furniture.parallel);
   requireOption(furniture.margin > 0 && furniture.margin <= 1, "furniture.margin", furniture.margin, "be in (0, 1]");
   requireShare("furniture.seen_through", furniture.seen_through);
-  requirePositive("furniture.least_seen", furniture.least_seen);
+  requireShare("furniture.seen_through_alike", furniture.seen_through_alike);
+  requireShare("furniture.least_false", furniture.least_false);
   const AdjustmentConfig& adjustment = options.adjustment;
   requireOption(adjustment.rounds >= 1, "adjustment.rounds", static_cast<double>(adjustment.rounds), "be 1 or more");
   requirePositive("adjustment.last_step", adjustment.last_step);

@@ -78,7 +78,7 @@ struct SureLinks {
 };
 /// Which links are sure: by their pairs alone those of at least ChoiceConfig::lone, with the loops those whose belief
 /// has odds of clear_odds. Loops of places alike make links sure that pairs alone were not, and the other way round.
-/// Links whose best hypothesis was rejected or excluded, with a prior of 0, do not count.
+/// Links that a person rejected, with a prior of 0, do not count.
 enum class SureBy { Pair, Loops };
 SureLinks
 countSureLinks(const Assembly& assembly,

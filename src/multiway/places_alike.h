@@ -9,7 +9,6 @@
 #include "multiway/map_stages.h"
 #include "multiway/parts.h"
 #include "multiway/placed_evidence.h"
-#include "multiway/rival_groups.h"
 #include "multiway/storeys.h"
 
 #include <optional>
@@ -23,6 +22,12 @@ namespace pcl_ssfr {
 struct Doubt {
   std::vector<int> scans;
   std::string note; ///< for people
+};
+
+/// What furniture says of the sure links of a job.
+struct FurnitureFindings {
+  bool distinguishes = false; ///< FurnitureConfig::least_false of them are false by it: it tells places apart here
+  bool refutes = false;       ///< ... of those between walled scans: places look alike here
 };
 
 /** \brief The tests for places that look alike (MAPS, "Places that look alike" and "Storeys alike").
@@ -48,64 +53,22 @@ public:
     return tied_;
   }
 
-  /// Find the furniture of all scans, before mayStand(), excluded() and betweenRivals().
-  void
-  findFurniture();
+  /// Find the furniture of all scans, before samePlaceLogOdds().
+  FurnitureFindings
+  findFurniture(const HypothesisGraph& graph);
 
-  /// The scans of all parts that refuted() or rivalGroups() doubts.
-  std::set<int>
-  inDoubt(const Assembly& assembly, const HypothesisGraph& graph) const;
-
-  /** \brief Hypotheses of the scans in doubt by which more than a very small share of what is in view is seen through.
+  /** \brief Log odds that two scans at a pose show one place, not two that look alike: furnitureLogOdds(), less those
+   * of ChoiceConfig::clear_odds within ChoiceConfig::same_translation. Of scans that a person tied to each other those
+   * are the odds.
    *
-   * Furniture differs where walls are alike: a right pose contradicts nearly nothing, one of a place alike a few
-   * percent. That is no rule for all jobs, as cars leave and poses of pairs are not exact.
+   * Furniture differs where walls are alike, and a scanner is hardly set up twice at one place.
    */
-  ExcludedHypotheses
-  contradicting(const std::set<int>& in_doubt) const;
+  double
+  samePlaceLogOdds(const PlacedPair& pair) const;
 
-  /** \brief Whether scans may stand so where places look alike: no two within ChoiceConfig::same_translation, and all
-   * pairs together see through at most FurnitureConfig::seen_through of the furniture in view.
-   *
-   * Furniture differs where walls are alike, and nobody sets up a scanner twice at one place. That is no rule for all
-   * jobs, as cars leave and poses of pairs are not exact.
-   */
+  /// Whether the sure links of any part contradict each other too often.
   bool
-  mayStand(std::vector<PlacedPair> pairs) const;
-
-  /// Hypotheses of the scans in doubt that put them where they may not stand.
-  ExcludedHypotheses
-  excluded(const std::set<int>& in_doubt) const;
-
-  /// Hypotheses between groups of scans of a part that contradict each other, in all surfaces or in furniture, that
-  /// agree with where it puts them.
-  ExcludedHypotheses
-  betweenRivals(const Assembly& assembly) const;
-
-  /// The scans of parts whose sure links contradict each other too often.
-  std::vector<int>
-  refuted(const Assembly& assembly, const HypothesisGraph& graph) const;
-
-  /// The scans of parts that were put together wrongly: scansOfMisledParts().
-  /// \param[in] with_rivals findScansWithRivals()
-  std::vector<int>
-  misled(const Assembly& assembly, const std::vector<int>& with_rivals) const;
-
-  /// Parts in which groups of scans contradict each other.
-  std::vector<Doubt>
-  rivalGroups(const Assembly& assembly) const;
-
-  /// Of parts in doubt, scans that stand where at least two others do and see the same.
-  std::vector<Doubt>
-  sameStations(const Assembly& assembly, const std::set<int>& in_doubt) const;
-
-  /** \brief Piles within ChoiceConfig::same_translation whose scans see through more than AliasConfig::seen_through of
-   * what they see of each other: rooms alike, laid onto one another.
-   *
-   * From one place surfaces hide each other in the same way, and poses that are off by a little contradict nothing.
-   */
-  std::vector<Doubt>
-  contradictingStations(const Assembly& assembly) const;
+  isRefutedAnywhere(const Assembly& assembly, const HypothesisGraph& graph) const;
 
   /// Piles within ChoiceConfig::same_translation in which a scan and at least two others see the same: a reason for
   /// doubt where these alone say so (findScansWithRivals()).
@@ -122,16 +85,6 @@ public:
   storeys(const Assembly& assembly) const;
 
 private:
-  /// Groups of a part that contradict each other, in furniture where that was found, or in all surfaces.
-  /// \param[in] members of undecidedParts()
-  std::optional<RivalGroups>
-  rivalsOf(const Assembly& assembly, const std::vector<int>& members) const;
-  std::optional<RivalGroups>
-  rivalsByFurniture(const Assembly& assembly, const std::vector<int>& members) const;
-  /// Hypotheses of the scans in doubt, but for those of scans that are tied, that the test finds to be out.
-  template <typename Test>
-  ExcludedHypotheses
-  excludedBy(const std::set<int>& in_doubt, const Test& is_out) const;
   /// What the scans of a pile see of each other's surfaces.
   enum class SeenInPile { TheSame, Anything };
   /// Of AliasConfig::least_scans scans and more.

@@ -10,7 +10,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <iterator>
-#include <set>
 #include <utility>
 
 namespace pcl_ssfr {
@@ -166,20 +165,6 @@ findScansWithRivals(const std::vector<int>& asked,
     if (has_rival[k])
       found.push_back(asked[k]);
   return found;
-}
-
-std::vector<int>
-scansOfMisledParts(const std::vector<std::vector<int>>& parts, const std::vector<int>& with_rivals)
-{
-  const std::set<int> all(with_rivals.begin(), with_rivals.end());
-  std::vector<int> scans;
-  for (const std::vector<int>& members : parts) {
-    std::vector<int> found;
-    std::copy_if(members.begin(), members.end(), std::back_inserter(found), [&](int i) { return all.count(i) > 0; });
-    if (2 * found.size() >= members.size())
-      scans.insert(scans.end(), found.begin(), found.end());
-  }
-  return scans;
 }
 
 } // namespace pcl_ssfr

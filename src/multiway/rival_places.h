@@ -53,13 +53,4 @@ findScansWithRivals(const std::vector<int>& asked,
                     const MultiwayOptions& options,
                     int threads);
 
-/** \brief The scans with rivals of parts half of which, or more, have them: such a part was put together wrongly, and
- * not only a scan of it.
- * \param[in] parts members of each
- * \param[in] with_rivals findScansWithRivals(), in any order
- * \return those of the first part first, in the order of its members
- */
-std::vector<int>
-scansOfMisledParts(const std::vector<std::vector<int>>& parts, const std::vector<int>& with_rivals);
-
 } // namespace pcl_ssfr

@@ -53,7 +53,7 @@ struct ChoiceConfig {
   double clear_odds = 100;
   double score_power = 9; ///< of the ratio of their scores, for the odds of the surfaces; fitted to poses of pairs
   double outvoted = 1.5;  ///< belief for a place over that against it, from which on no rival is looked at
-  double rival = 0.2;     ///< probability of a link from which on its pose is compared with the one chosen
+  double rival = 0.1;     ///< probability of a link from which on its pose is compared with the one chosen
   double lone = 0.95;     ///< probability that a link must have that alone joins two parts
   /// Factor on matching distances and margins before the poses are exact, and on same_rotation and same_translation:
   /// what does not agree even so is another place.
@@ -72,22 +72,7 @@ struct AliasConfig {
                                   ///< two steps of a stair are more
   std::size_t least_scans = 3;    ///< at one height that make a level, or at one place: rooms may be alike instead
   double same_view = 0.8;         ///< share of the surface of two scans that meets, from which on they see the same
-  /// Share of what scans at one place see of each other that they may see through: surfaces hide each other there in
-  /// the same way. Five rooms laid onto one another 0.05, three 0.022; of one place none, or people.
-  double seen_through = 0.02;
   double storey = 4.5; ///< [m] the way to the next level is shorter than this; floor and ceiling are seen within it
-};
-
-/// Groups of scans of a part that contradict each other more than they do among themselves: places that look alike,
-/// laid onto one another.
-struct RivalGroupsConfig {
-  double least_matched = 0.15; ///< share of the surface of two scans that meets, from which on they are compared
-  /// Of what faces its sensor and is in view of the other, seen through between groups, at least, in the median: at
-  /// true poses (123 simulated jobs) and in right maps (74) no groups reach 0.006, in 33 of 78 wrong maps 0.008.
-  double seen_through = 0.008;
-  double ratio = 2;          ///< ... and this many times as much as within them
-  double significance = 2;   ///< standard deviations by which the ranks differ, at least: 2 % by chance
-  double prior_patches = 50; ///< patches in view, that share of them seen through, before the first one is counted
 };
 
 /// What distinguishes places that look alike: furniture, the patches of no large plane. Lengths and areas are for
@@ -99,10 +84,11 @@ struct FurnitureConfig {
   double parallel = 0.985; ///< cosine between the normals of a plane: 10 degrees
   /// Factor on the margins of free space of a pair's score, (0, 1]: a chair stands nearer to the wall than those allow.
   double margin = 0.65;
-  /// Share of the furniture in view that the other scans may see through, (0, 1): in buildings made to mislead, where
-  /// right poses and those of places alike are equally frequent.
-  double seen_through = 0.015;
-  double least_seen = 5; ///< patches of it in view, from which on two scans are compared
+  /// Share of the furniture in view that the other scan sees through, (0, 1), in the mean: at right poses ...
+  double seen_through = 0.007;
+  double seen_through_alike = 0.07; ///< ... and at those of places alike; fitted to seven simulated towers
+  /// Share of sure links that furniture must find false before it may decide on storeys: there it distinguishes places.
+  double least_false = 0.3;
 };
 
 /// The joint adjustment over the surfaces.
@@ -128,7 +114,6 @@ struct MultiwayOptions {
   LinkConfig link;                        ///< which hypotheses of a pair are kept
   ChoiceConfig choice;                    ///< which of them make the map
   AliasConfig alias;                      ///< what looks alike and is not the same: storeys ...
-  RivalGroupsConfig rival_groups;         ///< ... and anything else
   FurnitureConfig furniture;              ///< ... and what distinguishes it
   AdjustmentConfig adjustment;            ///< of the poses
 };

@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Copyright (c) 2026, pcl_ssfr contributors
+
+// Scans of places that look alike, put together by what distinguishes these.
+
+#include "judgement/scored_pose.h"
+#include "multiway/same_place.h"
+
+#include <made_up_maps.h>
+
+#include <gmock/gmock.h>
+
+#include <atomic>
+#include <cmath>
+#include <set>
+#include <vector>
+
+namespace pcl_ssfr::test_multiway_same_place {
+namespace {
+
+using ::testing::Each;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+Eigen::Isometry3d
+shifted(double x)
+{
+  return Eigen::Isometry3d(Eigen::Translation3d(x, 0, 0));
+}
+
+TEST(SamePlaceOdds, addUpAndAreLookedAtOnce)
+{
+  const std::vector<Eigen::Vector3d> places(4, Eigen::Vector3d::Zero());
+  for (const unsigned threads : {1U, 4U}) {
+    MultiwayOptions options;
+    options.threads = threads;
+    std::atomic<int> looks{0};
+    SamePlaceOdds odds(
+        [&](const PlacedPair& pair) {
+          EXPECT_LT(pair.source, pair.target);
+          ++looks;
+          return 10.0 * pair.source + pair.target + pair.T_target_source.translation().x();
+        },
+        places,
+        options);
+    EXPECT_EQ(odds.of({}), 0);
+    EXPECT_NEAR(odds.of({{0, 1, shifted(0.5)}, {1, 3, shifted(2)}}), 1 + 0.5 + 13 + 2, 1e-12);
+    EXPECT_EQ(looks, 2);
+    EXPECT_NEAR(odds.of({{1, 0, shifted(-0.5)}}), 1.5, 1e-12); // the other way round is the same pair
+    EXPECT_NEAR(odds.of({{0, 1, shifted(0.53)}}), 1.5, 1e-12); // within a tenth of 0.4 m
+    EXPECT_EQ(looks, 2);
+    EXPECT_NEAR(odds.of({{0, 1, shifted(0.55)}}), 1.55, 1e-12);
+    EXPECT_EQ(looks, 3);
+  }
+}
+
+/** Two rooms alike, 30 m apart, with three scans each that see all of each other; scan 6 stands between the rooms and
+ * sees 2 and 3. The sensors stand at other places in the one room than in the other.
+ */
+class RoomsAlike : public ::testing::Test {
+protected:
+  RoomsAlike()
+  {
+    for (std::size_t i = 0; i < 3; ++i) {
+      job_.truth[i + 3] = Eigen::Translation3d(kApart + 1, 0.6, 0) * job_.truth[i];
+      job_.truth[i + 3].rotate(Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitZ()));
+    }
+    job_.truth[6].translation() << 18, 0, 0;
+    for (const int room : {0, 3})
+      for (int i = room; i < room + 3; ++i)
+        for (int j = i + 1; j < room + 3; ++j)
+          job_.addTrue(i, j, 0.9);
+    job_.addTrue(2, 6, 0.8);
+    job_.addTrue(3, 6, 0.8);
+    for (int i = 0; i < 3; ++i)
+      for (int j = 3; j < 6; ++j)
+        job_.addFalse(i, j, {kApart, 0, 0}, 0.99); // surer than the right ones, and they all agree
+    options_.threads = 2;
+  }
+
+  /// What furniture says: something for one room, more against two, nothing where no other room is laid onto this one.
+  double
+  oddsOf(const PlacedPair& pair) const
+  {
+    const Eigen::Isometry3d T_map = job_.truth[static_cast<std::size_t>(pair.target)] * pair.T_target_source *
+                                    job_.truth[static_cast<std::size_t>(pair.source)].inverse();
+    const auto roomOf = [](int scan) { return scan == 6 ? 2 : scan / 3; };
+    const bool is_right = translationBetween(T_map, Eigen::Isometry3d::Identity(), Eigen::Vector3d::Zero()) < 0.5;
+    if (is_right)
+      return roomOf(pair.source) == roomOf(pair.target) || pair.target == 6 ? for_ : 0;
+    return pair.target == 6 ? 0 : -against_;
+  }
+
+  Assembly
+  assembled(const Decisions& decisions = {}, const JoinTest& join_test = nullptr)
+  {
+    graph_ = weighHypotheses(job_.links, job_.places, decisions, options_);
+    SamePlaceOdds odds([this](const PlacedPair& pair) { return oddsOf(pair); }, job_.places, options_);
+    return assembleBySamePlace(job_.links, graph_, job_.places, odds, decisions, options_, join_test);
+  }
+
+  std::vector<int>
+  withRivals(const Assembly& assembly, const Decisions& decisions = {})
+  {
+    graph_ = weighHypotheses(job_.links, job_.places, decisions, options_);
+    SamePlaceOdds odds([this](const PlacedPair& pair) { return oddsOf(pair); }, job_.places, options_);
+    return findScansWithRivalsAlike(
+        {0, 1, 2, 3, 4, 5, 6}, {assembly, job_.links, graph_, job_.places}, odds, decisions, options_);
+  }
+
+  /// All as they are, the second room and its scans in a part of their own where asked for.
+  Assembly
+  asTheyAre(const std::vector<int>& part = {0, 0, 0, 0, 0, 0, 0}) const
+  {
+    Assembly assembly;
+    assembly.poses = job_.truth;
+    assembly.part = part;
+    return assembly;
+  }
+
+  static constexpr double kApart = 30; // [m]
+  testing::MadeUpJob job_{7};
+  MultiwayOptions options_;
+  HypothesisGraph graph_;
+  double for_ = 1, against_ = 3;
+};
+
+TEST_F(RoomsAlike, surerLinksOfPlacesAlikeJoinNothing)
+{
+  const Assembly assembly = assembled();
+  EXPECT_THAT(assembly.part, Each(assembly.part[0]));
+  for (int i = 1; i < 7; ++i)
+    EXPECT_LT((assembly.poses[static_cast<std::size_t>(i)].inverse() * assembly.poses[0]).translation().norm() -
+                  job_.relative(0, i).translation().norm(),
+              0.1)
+        << i;
+  for (std::size_t k = 0; k < job_.links.size(); ++k)
+    EXPECT_EQ(assembly.used[k],
+              job_.links[k].source < 3 && job_.links[k].target >= 3 && job_.links[k].target < 6 ? -1 : 0);
+}
+
+TEST_F(RoomsAlike, areTheSameForAnyThreads)
+{
+  options_.threads = 1;
+  const Assembly one = assembled();
+  options_.threads = 3;
+  const Assembly three = assembled();
+  for (std::size_t i = 0; i < one.poses.size(); ++i)
+    EXPECT_TRUE(one.poses[i].matrix() == three.poses[i].matrix());
+  EXPECT_EQ(one.part, three.part);
+}
+
+TEST_F(RoomsAlike, withoutWhatDistinguishesThemNothingIsJoined)
+{
+  for_ = against_ = 0;
+  const Assembly assembly = assembled();
+  EXPECT_EQ(std::set<int>(assembly.part.begin(), assembly.part.end()).size(), 7U);
+  EXPECT_THAT(assembly.refusal, Each(HasSubstr("look alike")));
+}
+
+TEST_F(RoomsAlike, anAcceptedLinkJoinsWhateverIsSeen)
+{
+  against_ = for_ = 0;
+  Decisions decisions;
+  decisions.accepted.insert({2, 6});
+  const Assembly assembly = assembled(decisions);
+  EXPECT_EQ(assembly.part[2], assembly.part[6]);
+  EXPECT_NE(assembly.part[2], assembly.part[0]);
+}
+
+TEST_F(RoomsAlike, whatAPersonExcludesIsNotJoined)
+{
+  const Assembly assembly = assembled({}, [](const std::vector<PlacedPair>& pairs) {
+    for (const PlacedPair& pair : pairs)
+      if ((pair.source == 3 && pair.target == 6) || (pair.source == 6 && pair.target == 3))
+        return "known to be elsewhere";
+    return "";
+  });
+  EXPECT_EQ(assembly.part[0], assembly.part[6]);
+  EXPECT_EQ(assembly.part[3], assembly.part[5]);
+  EXPECT_NE(assembly.part[0], assembly.part[3]);
+}
+
+TEST_F(RoomsAlike, scansWithoutARivalThatCountsAreClear)
+{
+  EXPECT_THAT(withRivals(asTheyAre()), IsEmpty());
+  against_ = 0; // what speaks for here is worth less than 100 to one
+  EXPECT_THAT(withRivals(asTheyAre()), ElementsAre(0, 1, 2, 3, 4, 5));
+  Decisions decisions;
+  decisions.accepted.insert({0, 1});
+  EXPECT_THAT(withRivals(asTheyAre(), decisions), ElementsAre(2, 3, 4, 5));
+}
+
+TEST_F(RoomsAlike, aRivalInAnotherPartMustBeBetter)
+{
+  // Scan 6 was laid to the first room, and would fit the second one as well: no better, so it stays.
+  EXPECT_THAT(withRivals(asTheyAre({0, 0, 0, 1, 1, 1, 0})), IsEmpty());
+  // A scan of the second room was laid to the first one, which has nothing to say for it.
+  against_ = 0;
+  Assembly assembly = asTheyAre({0, 0, 0, 0, 1, 1, 2});
+  assembly.poses[3] = Eigen::Translation3d(-kApart, 0, 0) * assembly.poses[3];
+  EXPECT_THAT(withRivals(assembly), ElementsAre(3));
+}
+
+TEST_F(RoomsAlike, whoIsDisplacedIsAskedAsWell)
+{
+  // Scans 1 and 4 stand at the same place of their rooms, and were exchanged. Each alone would displace the other.
+  job_.truth[4] = Eigen::Translation3d(kApart, 0, 0) * job_.truth[1];
+  std::vector<PairLink> others;
+  for (const PairLink& link : job_.links)
+    if (link.source != 4 && link.target != 4)
+      others.push_back(link);
+  job_.links = others;
+  for (const int i : {3, 5})
+    job_.addTrue(std::min(i, 4), std::max(i, 4), 0.9);
+  for (const int i : {0, 2})
+    job_.addFalse(i, 4, {kApart, 0, 0}, 0.9);
+  Assembly assembly = asTheyAre();
+  EXPECT_THAT(withRivals(assembly), IsEmpty());
+  std::swap(assembly.poses[1], assembly.poses[4]);
+  EXPECT_THAT(withRivals(assembly), ElementsAre(1, 4));
+}
+
+} // namespace
+} // namespace pcl_ssfr::test_multiway_same_place
