@@ -13,6 +13,7 @@
 #include <atomic>
 #include <cmath>
 #include <set>
+#include <utility>
 #include <vector>
 
 namespace pcl_ssfr::test_multiway_same_place {
@@ -89,7 +90,7 @@ protected:
     const bool is_right = translationBetween(T_map, Eigen::Isometry3d::Identity(), Eigen::Vector3d::Zero()) < 0.5;
     if (is_right)
       return roomOf(pair.source) == roomOf(pair.target) || pair.target == 6 ? for_ : 0;
-    return pair.target == 6 ? 0 : -against_;
+    return pair.target == 6 || unknown_ == std::pair(pair.source, pair.target) ? 0 : -against_;
   }
 
   Assembly
@@ -124,6 +125,7 @@ protected:
   MultiwayOptions options_;
   HypothesisGraph graph_;
   double for_ = 1, against_ = 3;
+  std::pair<int, int> unknown_{-1, -1};
 };
 
 TEST_F(RoomsAlike, surerLinksOfPlacesAlikeJoinNothing)
@@ -131,8 +133,9 @@ TEST_F(RoomsAlike, surerLinksOfPlacesAlikeJoinNothing)
   const Assembly assembly = assembled();
   EXPECT_THAT(assembly.part, Each(assembly.part[0]));
   for (int i = 1; i < 7; ++i)
-    EXPECT_LT((assembly.poses[static_cast<std::size_t>(i)].inverse() * assembly.poses[0]).translation().norm() -
-                  job_.relative(0, i).translation().norm(),
+    EXPECT_LT(((assembly.poses[static_cast<std::size_t>(i)].inverse() * assembly.poses[0]).translation() -
+               job_.relative(0, i).translation())
+                  .norm(),
               0.1)
         << i;
   for (std::size_t k = 0; k < job_.links.size(); ++k)
@@ -188,8 +191,8 @@ TEST_F(RoomsAlike, scansWithoutARivalThatCountsAreClear)
   against_ = 0; // what speaks for here is worth less than 100 to one
   EXPECT_THAT(withRivals(asTheyAre()), ElementsAre(0, 1, 2, 3, 4, 5));
   Decisions decisions;
-  decisions.accepted.insert({0, 1});
-  EXPECT_THAT(withRivals(asTheyAre(), decisions), ElementsAre(2, 3, 4, 5));
+  decisions.accepted.insert({1, 2}); // rivals of 1 come before it
+  EXPECT_THAT(withRivals(asTheyAre(), decisions), ElementsAre(0, 3, 4, 5));
 }
 
 TEST_F(RoomsAlike, aRivalInAnotherPartMustBeBetter)
@@ -216,8 +219,11 @@ TEST_F(RoomsAlike, whoIsDisplacedIsAskedAsWell)
     job_.addTrue(std::min(i, 4), std::max(i, 4), 0.9);
   for (const int i : {0, 2})
     job_.addFalse(i, 4, {kApart, 0, 0}, 0.9);
+  unknown_ = {1, 3}; // a rival of 1 and 3: nothing is known of it between these two
+  against_ = 0.5;    // what is said of 1 alone is not enough, 4.5 of 4.6; of both it is
   Assembly assembly = asTheyAre();
   EXPECT_THAT(withRivals(assembly), IsEmpty());
+  against_ = 5;
   std::swap(assembly.poses[1], assembly.poses[4]);
   EXPECT_THAT(withRivals(assembly), ElementsAre(1, 4));
 }

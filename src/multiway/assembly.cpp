@@ -299,8 +299,7 @@ private:
   falseShare() const
   {
     double right = 0, wrong = 0;
-    for (std::size_t k = 0; k < links_.size(); ++k) {
-      const PairLink& pair = links_[k];
+    for (const PairLink& pair : links_) {
       if (pair.hypotheses.empty() || pair.status != Status::Converged || partOf(pair.source) != partOf(pair.target))
         continue;
       const Eigen::Isometry3d T = pose(pair.target).inverse() * pose(pair.source);

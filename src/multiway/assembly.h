@@ -16,7 +16,7 @@ namespace pcl_ssfr {
 using EvidenceFunction = std::function<PlacementEvidence(
     int source, int target, const Eigen::Isometry3d& T_target_source, double looseness)>;
 
-/// Two scans of different parts, as a join would put them.
+/// Two scans at a pose.
 struct PlacedPair {
   int source = 0;
   int target = 0;

@@ -18,13 +18,21 @@ namespace {
 constexpr int kShareRounds = 30;
 constexpr double kPairsBefore = 3; // right ones, before any was seen: a small job has few
 
+/// std::lgamma() leaves the sign in a variable of all threads.
+double
+logGamma(double x)
+{
+  int sign = 1;
+  return ::lgamma_r(x, &sign);
+}
+
 /// Logarithm of the probability that n of v patches are seen through when the share is drawn from Beta(1, b) with that
 /// mean, up to what does not depend on the mean.
 double
 logProbability(double n, double v, double mean)
 {
   const double b = (1 - mean) / mean;
-  return std::log(b) + std::lgamma(v - n + b) - std::lgamma(v + b + 1);
+  return std::log(b) + logGamma(v - n + b) - logGamma(v + b + 1);
 }
 
 } // namespace

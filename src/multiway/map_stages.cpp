@@ -60,6 +60,7 @@ public:
   {
     StageClock clock;
     checkDecisions();
+    notes_ = map_.notes.size();
     Placement placed = choose();
     map_.stages.push_back(clock.lap("choose", links_.size(), countParts(placed.assembly)));
     adjust(placed);
@@ -139,22 +140,26 @@ private:
     if (!is_in_doubt)
       return false;
     placed.is_distinguished = furniture.distinguishes;
+    map_.notes.resize(notes_); // of what is chosen anew
+    report("choose", 2, 3);
     SamePlaceOdds odds(
         [this](const PlacedPair& pair) { return alike_.samePlaceLogOdds(pair); }, places_, input_.options);
     const JoinTest may_stand = [this](const std::vector<PlacedPair>& pairs) { return againstPoses(pairs); };
+    // The beliefs by loops stay in the graph: what only outvoted links hold falls apart where scans are put apart.
     placed.assembly =
         assembleBySamePlace(links_, placed.graph, places_, odds, input_.decisions, input_.options, may_stand);
-    chooseLinks(placed.assembly, links_, placed.graph, places_, input_.options.choice);
     placed.reasons.assign(names_.size(), "");
+    report("choose", 3, 3);
     separateHanging(placed);
     adjustAnew(placed);
     if (separateHanging(placed))
       adjustAnew(placed);
     const PlacedScans scans = {placed.assembly, links_, placed.graph, places_};
-    putApart(findScansWithRivalsAlike(all(), scans, odds, input_.decisions, input_.options),
-             kHasRival,
-             alike_.tied(),
-             placed);
+    putApart(
+        findScansWithRivalsAlike(alike_.undecidedScans(placed.assembly), scans, odds, input_.decisions, input_.options),
+        kHasRival,
+        alike_.tied(),
+        placed);
     separateHanging(placed);
     return true;
   }
@@ -454,6 +459,7 @@ private:
   std::vector<int> accepted_; ///< tiedScans() by accepted links alone
   std::vector<Eigen::Matrix<double, 6, 6>> covariances_;
   double squares_before_ = 0, squares_ = 0, weight_ = 0;
+  std::size_t notes_ = 0; ///< on what was decided
 };
 
 } // namespace

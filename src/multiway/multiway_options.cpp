@@ -88,6 +88,10 @@ validate(const MultiwayOptions& options)
   requireOption(furniture.margin > 0 && furniture.margin <= 1, "furniture.margin", furniture.margin, "be in (0, 1]");
   requireShare("furniture.seen_through", furniture.seen_through);
   requireShare("furniture.seen_through_alike", furniture.seen_through_alike);
+  requireOption(furniture.seen_through_alike > furniture.seen_through,
+                "furniture.seen_through_alike",
+                furniture.seen_through_alike,
+                "be more than furniture.seen_through");
   requireShare("furniture.least_false", furniture.least_false);
   const AdjustmentConfig& adjustment = options.adjustment;
   requireOption(adjustment.rounds >= 1, "adjustment.rounds", static_cast<double>(adjustment.rounds), "be 1 or more");

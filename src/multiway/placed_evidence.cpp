@@ -20,11 +20,18 @@ PlacedEvidence::PlacedEvidence(const MapInput& input,
     sights_.push_back(map.scans[i].usable ? sightOf(input.prepared[i]) : SightOfScan());
 }
 
+bool
+PlacedEvidence::areTooFar(int source, int target, const Eigen::Isometry3d& T_target_source) const
+{
+  const auto s = static_cast<std::size_t>(source), t = static_cast<std::size_t>(target);
+  return input_.is_large && (T_target_source * places_[s] - places_[t]).norm() > sights_[s].reach + sights_[t].reach;
+}
+
 PlacementEvidence
 PlacedEvidence::at(int source, int target, const Eigen::Isometry3d& T_target_source, double looseness) const
 {
   const auto s = static_cast<std::size_t>(source), t = static_cast<std::size_t>(target);
-  if (input_.is_large && (T_target_source * places_[s] - places_[t]).norm() > sights_[s].reach + sights_[t].reach) {
+  if (areTooFar(source, target, T_target_source)) {
     PlacementEvidence nothing;
     nothing.total = sights_[s].total + sights_[t].total;
     return nothing;

@@ -21,6 +21,10 @@ public:
   /// \param[in] places of the sensors in the frames of their scans [m]
   PlacedEvidence(const MapInput& input, const MultiwayMap& map, const std::vector<Eigen::Vector3d>& places);
 
+  /// Whether two scans of a large job are too far from each other to share anything.
+  bool
+  areTooFar(int source, int target, const Eigen::Isometry3d& T_target_source) const;
+
   /// Of two scans at a pose; none in a large job where they are too far from each other to share anything.
   PlacementEvidence
   at(int source, int target, const Eigen::Isometry3d& T_target_source, double looseness) const;

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <set>
 #include <utility>
 
 namespace pcl_ssfr {
@@ -39,6 +40,15 @@ PlacesAlike::PlacesAlike(const MapInput& input,
     if (input.priors[i])
       placed.push_back(static_cast<int>(i));
   tied_ = tiedScans(input.decisions, placed, input.priors.size());
+}
+
+std::vector<int>
+PlacesAlike::undecidedScans(const Assembly& assembly) const
+{
+  std::vector<int> scans;
+  for (const std::vector<int>& members : undecidedParts(assembly, 1))
+    scans.insert(scans.end(), members.begin(), members.end());
+  return scans;
 }
 
 FurnitureFindings
@@ -92,6 +102,8 @@ PlacesAlike::samePlaceLogOdds(const PlacedPair& pair) const
 {
   if (isDecided({pair.source, pair.target}))
     return std::log(input_.options.choice.clear_odds);
+  if (evidence_.areTooFar(pair.source, pair.target, pair.T_target_source))
+    return 0;
   const Eigen::Vector3d& place = places_[static_cast<std::size_t>(pair.source)];
   const Eigen::Vector3d& other = places_[static_cast<std::size_t>(pair.target)];
   const ChoiceConfig& choice = input_.options.choice;
@@ -120,10 +132,9 @@ PlacesAlike::piles(const Assembly& assembly) const
   Piles piles;
   if (!input_.options.alias.check)
     return piles;
-  const double within = input_.options.choice.same_translation;
   for (const std::vector<int>& members : undecidedParts(assembly, input_.options.alias.least_scans)) {
-    const Piles there = pilesOf(assembly, members, within, SeenInPile::Anything);
-    for (const auto& [i, alike] : pilesOf(assembly, members, within, SeenInPile::TheSame))
+    const Piles there = pilesOf(assembly, members, SeenInPile::Anything);
+    for (const auto& [i, alike] : pilesOf(assembly, members, SeenInPile::TheSame))
       for (const int j : there.at(i))
         if (there.count(j) > 0)
           piles[j] = there.at(j);
@@ -138,8 +149,7 @@ PlacesAlike::repeatedStations(const Assembly& assembly) const
   if (!input_.options.alias.check)
     return notes;
   for (const std::vector<int>& members : undecidedParts(assembly, 1)) {
-    const std::vector<int> found =
-        scansOf(pilesOf(assembly, members, input_.options.choice.same_translation, SeenInPile::TheSame));
+    const std::vector<int> found = scansOf(pilesOf(assembly, members, SeenInPile::TheSame));
     if (!isDecided(found))
       notes.push_back(inWords(found) +
                       " stand where others do and see the same: if they were not taken there, places look alike and "
@@ -149,7 +159,7 @@ PlacesAlike::repeatedStations(const Assembly& assembly) const
 }
 
 Piles
-PlacesAlike::pilesOf(const Assembly& assembly, const std::vector<int>& members, double within, SeenInPile seen) const
+PlacesAlike::pilesOf(const Assembly& assembly, const std::vector<int>& members, SeenInPile seen) const
 {
   std::vector<Eigen::Vector3d> stations;
   stations.reserve(members.size());
@@ -161,7 +171,7 @@ PlacesAlike::pilesOf(const Assembly& assembly, const std::vector<int>& members, 
   };
   return findPiles(members,
                    stations,
-                   within,
+                   input_.options.choice.same_translation,
                    pairs,
                    evidence_.of(assembly, members, pairs),
                    counts,

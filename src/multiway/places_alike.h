@@ -12,7 +12,6 @@
 #include "multiway/storeys.h"
 
 #include <optional>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -33,7 +32,7 @@ struct FurnitureFindings {
 /** \brief The tests for places that look alike (MAPS, "Places that look alike" and "Storeys alike").
  *
  * Links of places alike agree with each other, so what the links say is not enough. What a person said decides about
- * the scans that it ties to each other, tiedScans(), and about no other one; what finds parts in doubt finds none where
+ * the scans that it ties to each other, tiedScans(), and about no other one; nothing is found where
  * AliasConfig::check is off.
  */
 class PlacesAlike {
@@ -52,6 +51,10 @@ public:
   {
     return tied_;
   }
+
+  /// Of parts that no person decided.
+  std::vector<int>
+  undecidedScans(const Assembly& assembly) const;
 
   /// Find the furniture of all scans, before samePlaceLogOdds().
   FurnitureFindings
@@ -89,7 +92,7 @@ private:
   enum class SeenInPile { TheSame, Anything };
   /// Of AliasConfig::least_scans scans and more.
   Piles
-  pilesOf(const Assembly& assembly, const std::vector<int>& members, double within, SeenInPile seen) const;
+  pilesOf(const Assembly& assembly, const std::vector<int>& members, SeenInPile seen) const;
   PlacementEvidence
   furniture(int source, int target, const Eigen::Isometry3d& T_target_source) const;
   /// Parts of at least so many scans that are not decided.

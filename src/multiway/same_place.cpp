@@ -11,6 +11,7 @@
 #include <cmath>
 #include <cstdint>
 #include <iterator>
+#include <string>
 #include <utility>
 
 namespace pcl_ssfr {
@@ -24,8 +25,9 @@ using PartPair = std::pair<int, int>; // of parts, the lower number first
 /// One part laid into the frame of another one.
 struct Join {
   Eigen::Isometry3d T_b_a;
-  double link = 0; ///< probability by the surest link that says so
-  double odds = 0; ///< SamePlaceOdds of all scans of the one with all scans of the other
+  double link = 0;     ///< probability by the surest link that says so
+  double odds = 0;     ///< SamePlaceOdds of all scans of the one with all scans of the other
+  std::string refusal; ///< of the join test
 };
 
 class SamePlaceAssembler {
@@ -37,8 +39,8 @@ public:
                      const Decisions& decisions,
                      const MultiwayOptions& options,
                      const JoinTest& join_test)
-      : links_(links), graph_(graph), odds_(odds), decisions_(decisions), options_(options), join_test_(join_test),
-        parts_(links, graph, places, options.choice)
+      : links_(links), graph_(graph), places_(places), odds_(odds), decisions_(decisions), options_(options),
+        join_test_(join_test), parts_(links, graph, places, options.choice)
   {}
 
   Assembly
@@ -47,10 +49,9 @@ public:
     joinAccepted();
     for (findJoins(); joinBest(); findJoins()) {
     }
-    for (std::size_t k = 0; k < links_.size(); ++k)
-      if (joins_.count(partsOf(links_[k])) > 0 && !links_[k].hypotheses.empty())
-        parts_.assembly().refusal[k] = "places here look alike, and what is in them is not the same";
+    explainRefusals();
     parts_.adjustAll();
+    chooseLinks(parts_.assembly(), links_, graph_, places_, options_.choice);
     return std::move(parts_.assembly());
   }
 
@@ -93,7 +94,7 @@ private:
         const WeighedHypothesis& w = graph_.hypotheses[h];
         if (w.prior < options_.choice.sure)
           continue;
-        const Join join{joinPose(links_[k], links_[k].hypotheses[w.rank].T_target_source), w.prior, 0};
+        const Join join{joinPose(links_[k], links_[k].hypotheses[w.rank].T_target_source), w.prior, 0, ""};
         const auto same = std::find_if(joins.begin(), joins.end(), [&](const Join& other) {
           return !areDistinct(join.T_b_a, other.T_b_a, place, options_.choice);
         });
@@ -106,7 +107,9 @@ private:
     for (auto& [pair, joins] : found) {
       for (Join& join : joins) {
         const std::vector<PlacedPair> pairs = parts_.pairsAt(pair.first, pair.second, join.T_b_a);
-        join.odds = join_test_ && !join_test_(pairs).empty() ? kNever : odds_.of(pairs);
+        join.refusal = join_test_ ? join_test_(pairs) : "";
+        if (join.refusal.empty())
+          join.odds = odds_.of(pairs);
       }
       joins_[pair] = std::move(joins);
     }
@@ -121,8 +124,8 @@ private:
     double most = 0;
     for (const auto& [pair, joins] : joins_)
       for (const Join& join : joins) {
-        const double evidence = std::log(join.link) + join.odds;
-        if (join.odds > 0 && (!best || evidence > most)) {
+        const double evidence = std::log(join.link) + join.odds; // of equal odds the surer link
+        if (join.refusal.empty() && join.odds > 0 && (!best || evidence > most)) {
           parts = pair;
           best = &join;
           most = evidence;
@@ -138,10 +141,25 @@ private:
     return true;
   }
 
-  static constexpr double kNever = -1e9; // log odds of what a person excludes
+  void
+  explainRefusals()
+  {
+    for (std::size_t k = 0; k < links_.size(); ++k) {
+      const auto joins = joins_.find(partsOf(links_[k]));
+      if (joins == joins_.end() || joins->second.empty())
+        continue;
+      const Join& best = *std::max_element(
+          joins->second.begin(), joins->second.end(), [](const Join& a, const Join& b) { return a.odds < b.odds; });
+      parts_.assembly().refusal[k] = !best.refusal.empty() ? best.refusal
+                                     : best.odds < 0
+                                         ? "places here look alike, and what is in them is not the same"
+                                         : "places here look alike, and nothing in view of both tells them apart";
+    }
+  }
 
   const std::vector<PairLink>& links_;
   const HypothesisGraph& graph_;
+  const std::vector<Eigen::Vector3d>& places_;
   SamePlaceOdds& odds_;
   const Decisions& decisions_;
   const MultiwayOptions& options_;
@@ -163,7 +181,7 @@ public:
   hasRival(int scan)
   {
     const int part = partOf(scan);
-    if (parts_.at(part).size() < 2)
+    if (parts_.at(part).size() < 2 || isOfAcceptedLink(scan))
       return false;
     const double here = oddsAt(scan, part, pose(scan));
     std::map<int, std::vector<Eigen::Isometry3d>> looked_at; // of each part
@@ -171,8 +189,6 @@ public:
       const PairLink& link = placed_.links[k];
       if (link.source != scan && link.target != scan)
         continue;
-      if (decisions_.accepted.count({link.source, link.target}) > 0)
-        return false;
       const int other = link.source == scan ? link.target : link.source;
       const int there = partOf(other);
       for (std::size_t h = placed_.graph.first[k]; h < placed_.graph.first[k + 1]; ++h) {
@@ -197,6 +213,13 @@ public:
   }
 
 private:
+  bool
+  isOfAcceptedLink(int scan) const
+  {
+    return std::any_of(decisions_.accepted.begin(), decisions_.accepted.end(), [scan](const auto& pair) {
+      return pair.first == scan || pair.second == scan;
+    });
+  }
   int
   partOf(int scan) const
   {
@@ -224,7 +247,8 @@ private:
     return odds_.of(pairs);
   }
 
-  /// For where a scan is, against a rival in its part, with whom that displaces.
+  /// For where a scan is, against a rival in its part: one that stands there would go where this one is, and what the
+  /// others, but for those displaced, say of that is added. Whom that one displaces is not asked.
   double
   oddsAgainst(int scan, const Eigen::Isometry3d& rival)
   {

@@ -58,7 +58,7 @@ private:
  * \param[in] graph the priors of its hypotheses count, their beliefs do not
  * \param[in] places of the sensors in the scans' frames [m]
  * \param[in] join_test nullptr: none
- * \return with a refusal for each link on a join that was not made
+ * \return with a refusal for each link on a join that was not made, and the links that are used
  */
 Assembly
 assembleBySamePlace(const std::vector<PairLink>& links,
