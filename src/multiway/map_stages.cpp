@@ -92,7 +92,7 @@ private:
     Assembly assembly;
     std::vector<std::string> reasons;           ///< why scans stand apart
     std::vector<Eigen::Isometry3d> graph_poses; ///< before the joint adjustment
-    bool is_distinguished = false;              ///< furniture told places apart that look alike
+    bool is_distinguished = false;              ///< furniture distinguishes places that look alike
   };
 
   /// Put the scans together.
@@ -164,7 +164,7 @@ private:
     return true;
   }
 
-  /// Put scans apart of storeys that may be several, where furniture does not tell these apart, and of piles that may
+  /// Put scans apart of storeys that may be several, where furniture does not distinguish these, and of piles that may
   /// belong elsewhere. \return whether there are any
   bool
   separateAlike(Placement& placed) const

@@ -25,7 +25,7 @@ struct Doubt {
 
 /// What furniture says of the sure links of a job.
 struct FurnitureFindings {
-  bool distinguishes = false; ///< FurnitureConfig::least_false of them are false by it: it tells places apart here
+  bool distinguishes = false; ///< FurnitureConfig::least_false of them are false by it: it distinguishes places here
   bool refutes = false;       ///< ... of those between walled scans: places look alike here
 };
 

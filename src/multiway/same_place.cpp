@@ -153,7 +153,7 @@ private:
       parts_.assembly().refusal[k] = !best.refusal.empty() ? best.refusal
                                      : best.odds < 0
                                          ? "places here look alike, and what is in them is not the same"
-                                         : "places here look alike, and nothing in view of both tells them apart";
+                                         : "places here look alike, and nothing in view of both distinguishes them";
     }
   }
 

@@ -87,7 +87,8 @@ struct FurnitureConfig {
   /// Share of the furniture in view that the other scan sees through, (0, 1), in the mean: at right poses ...
   double seen_through = 0.007;
   double seen_through_alike = 0.07; ///< ... and at those of places alike; fitted to seven simulated towers
-  /// Share of sure links that furniture must find false: there places look alike, and it tells them apart, storeys too.
+  /// Share of sure links that furniture must find false: there places look alike, and it distinguishes them, storeys
+  /// too.
   double least_false = 0.3;
 };
 
