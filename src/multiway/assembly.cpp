@@ -90,7 +90,7 @@ private:
   bool
   accepted(const PairLink& pair) const
   {
-    return decisions_.accepted.count({pair.source, pair.target}) > 0;
+    return isAccepted(decisions_, pair.source, pair.target);
   }
   int
   partOf(int scan) const

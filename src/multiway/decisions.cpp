@@ -38,6 +38,26 @@ pairsOfOriginals(const std::set<std::pair<int, int>>& pairs,
 
 } // namespace
 
+bool
+isAccepted(const Decisions& decisions, int source, int target)
+{
+  return decisions.accepted.count({source, target}) > 0;
+}
+
+bool
+isRejected(const Decisions& decisions, int source, int target)
+{
+  return decisions.rejected.count({source, target}) > 0;
+}
+
+bool
+hasAcceptedLink(const Decisions& decisions, int scan)
+{
+  return std::any_of(decisions.accepted.begin(), decisions.accepted.end(), [scan](const auto& pair) {
+    return pair.first == scan || pair.second == scan;
+  });
+}
+
 Decisions
 onOriginals(const Decisions& given, const std::vector<int>& original, const std::vector<MapScan>& scans)
 {

@@ -21,6 +21,15 @@ struct Decisions {
   std::vector<int> pinned;
 };
 
+/// Whether a person accepted, or rejected, the link of two scans. \param[in] source smaller than \p target
+bool
+isAccepted(const Decisions& decisions, int source, int target);
+bool
+isRejected(const Decisions& decisions, int source, int target);
+/// Whether a person accepted any link of a scan.
+bool
+hasAcceptedLink(const Decisions& decisions, int scan);
+
 /** \brief The same of the scans that are linked: of those with the same points the first.
  * \param[in] original of each scan: the first one with its points
  * \throw DecisionError when a pair is both accepted and rejected, or of a scan with itself; naming it by \p scans

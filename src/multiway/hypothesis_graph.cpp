@@ -19,18 +19,6 @@ constexpr double kPriorPairs = 5; // pairs of the fitted share that are counted 
 constexpr int kLoopRounds = 4;
 constexpr double kSmallest = 1e-6; // probability that is still distinguished from none
 
-bool
-isRejected(const Decisions& decisions, const PairLink& link)
-{
-  return decisions.rejected.count({link.source, link.target}) > 0;
-}
-
-bool
-isAccepted(const Decisions& decisions, const PairLink& link)
-{
-  return decisions.accepted.count({link.source, link.target}) > 0;
-}
-
 /// The probability that a pair shares a place when that holds for \p share of all pairs.
 double
 shifted(double probability_of_none, double share, double fitted_share)
@@ -180,6 +168,7 @@ weighHypotheses(const std::vector<PairLink>& links,
   const double share = std::min(graph.related_share, options.link.fitted_share);
   for (std::size_t k = 0; k < links.size(); ++k) {
     const PairLink& link = links[k];
+    const bool is_accepted = isAccepted(decisions, link.source, link.target);
     graph.first.push_back(graph.hypotheses.size());
     const double any = 1 - none[k];
     const double related = shifted(none[k], share, options.link.fitted_share);
@@ -189,14 +178,14 @@ weighHypotheses(const std::vector<PairLink>& links,
       h.link = k;
       h.rank = rank;
       h.prior = any > 0 ? related * link.hypotheses[rank].probability / any : 0;
-      if (isAccepted(decisions, link))
+      if (is_accepted)
         h.prior = rank == 0 ? 1 : 0;
-      if (isRejected(decisions, link))
+      if (isRejected(decisions, link.source, link.target))
         h.prior = 0;
       h.belief = h.prior;
       graph.hypotheses.push_back(h);
     }
-    if (isAccepted(decisions, link) && !link.hypotheses.empty())
+    if (is_accepted && !link.hypotheses.empty())
       none[k] = 0;
   }
   graph.first.push_back(graph.hypotheses.size());
@@ -211,7 +200,8 @@ weighHypotheses(const std::vector<PairLink>& links,
         loops[link] = countLoops(link, links, graph, directed, places, options.choice);
     });
     for (std::size_t k = 0; k < links.size(); ++k) {
-      if (isAccepted(decisions, links[k]) || isRejected(decisions, links[k]))
+      const auto [source, target] = std::pair(links[k].source, links[k].target);
+      if (isAccepted(decisions, source, target) || isRejected(decisions, source, target))
         continue;
       double sum = std::max(none[k], kSmallest);
       for (std::size_t m = 0; m < loops[k].size(); ++m) {

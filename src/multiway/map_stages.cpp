@@ -103,9 +103,8 @@ private:
     Placement placed;
     placed.graph = weighHypotheses(links_, places_, input_.decisions, input_.options);
     report("choose", 1, 3);
-    const JoinTest may_stand = [this](const std::vector<PlacedPair>& pairs) { return againstPoses(pairs); };
     placed.assembly = assemble(
-        links_, placed.graph, places_, evidenceFunction(), input_.decisions, names_, input_.options, may_stand);
+        links_, placed.graph, places_, evidenceFunction(), input_.decisions, names_, input_.options, poseTest());
     report("choose", 2, 3);
     placed.reasons.resize(names_.size());
     separateHanging(placed);
@@ -113,6 +112,11 @@ private:
     return placed;
   }
 
+  JoinTest
+  poseTest() const
+  {
+    return [this](const std::vector<PlacedPair>& pairs) { return againstPoses(pairs); };
+  }
   /// Why scans whose poses are known approximately cannot stand so; empty: they may.
   std::string
   againstPoses(const std::vector<PlacedPair>& pairs) const
@@ -144,16 +148,13 @@ private:
     report("choose", 2, 3);
     SamePlaceOdds odds(
         [this](const PlacedPair& pair) { return alike_.samePlaceLogOdds(pair); }, places_, input_.options);
-    const JoinTest may_stand = [this](const std::vector<PlacedPair>& pairs) { return againstPoses(pairs); };
     // The beliefs by loops stay in the graph: what only outvoted links hold falls apart where scans are put apart.
     placed.assembly =
-        assembleBySamePlace(links_, placed.graph, places_, odds, input_.decisions, input_.options, may_stand);
+        assembleBySamePlace(links_, placed.graph, places_, odds, input_.decisions, input_.options, poseTest());
     placed.reasons.assign(names_.size(), "");
     report("choose", 3, 3);
     separateHanging(placed);
-    adjustAnew(placed);
-    if (separateHanging(placed))
-      adjustAnew(placed);
+    adjustHanging(placed);
     const PlacedScans scans = {placed.assembly, links_, placed.graph, places_};
     putApart(
         findScansWithRivalsAlike(alike_.undecidedScans(placed.assembly), scans, odds, input_.decisions, input_.options),
@@ -185,13 +186,19 @@ private:
   void
   adjust(Placement& placed)
   {
-    adjustAnew(placed);
-    if (separateHanging(placed))
-      adjustAnew(placed);
+    adjustHanging(placed);
     if (separateRivals(all(), {}, placed)) {
       separateHanging(placed);
       adjustAnew(placed);
     }
+  }
+  /// Joint adjustment, and scans out that hang in free space by it.
+  void
+  adjustHanging(Placement& placed)
+  {
+    adjustAnew(placed);
+    if (separateHanging(placed))
+      adjustAnew(placed);
   }
   void
   adjustAnew(Placement& placed)
@@ -299,12 +306,8 @@ private:
   const char*
   whoPuts(int scan) const
   {
-    const auto& accepted = input_.decisions.accepted;
-    return std::any_of(accepted.begin(),
-                       accepted.end(),
-                       [scan](const auto& pair) { return pair.first == scan || pair.second == scan; })
-               ? "a link puts it that a person accepted"
-               : "approximate poses put it";
+    return hasAcceptedLink(input_.decisions, scan) ? "a link puts it that a person accepted"
+                                                   : "approximate poses put it";
   }
 
   /** \brief Put scans apart, each into a part of its own, for one reason; the links of all are chosen anew. Those that

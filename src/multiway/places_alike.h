@@ -11,7 +11,6 @@
 #include "multiway/placed_evidence.h"
 #include "multiway/storeys.h"
 
-#include <optional>
 #include <string>
 #include <vector>
 

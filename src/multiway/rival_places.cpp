@@ -19,7 +19,6 @@ namespace {
 struct ProposedPlaces {
   double agree = 0;                                         ///< sum of the beliefs of those that agree with where it is
   std::vector<std::pair<double, Eigen::Isometry3d>> rivals; ///< other places: sum of the probabilities, pose in the map
-  bool is_accepted = false;                                 ///< a person accepted one of its links
 };
 
 class RivalSearch {
@@ -38,9 +37,9 @@ public:
   {
     const auto is_of_pile = [&](int other) { return std::binary_search(pile.begin(), pile.end(), other); };
     members.erase(std::remove_if(members.begin(), members.end(), is_of_pile), members.end());
-    const ProposedPlaces places = placesOf(scan, pile);
-    if (places.is_accepted)
+    if (hasAcceptedLink(decisions_, scan))
       return false;
+    const ProposedPlaces places = placesOf(scan, pile);
     if (members.empty())
       return hasOthersToSee(scan);
     if (places.rivals.empty())
@@ -66,24 +65,14 @@ private:
     const auto i = static_cast<std::size_t>(scan);
     const Eigen::Vector3d& place = placed_.places[i];
     ProposedPlaces found;
-    for (std::size_t k = 0; k < placed_.links.size(); ++k) {
-      const PairLink& link = placed_.links[k];
-      if (link.source != scan && link.target != scan)
+    for (const ProposedPose& proposed : proposedPoses(scan, placed_)) {
+      if (placed_.assembly.part[static_cast<std::size_t>(proposed.other)] != placed_.assembly.part[i] ||
+          std::binary_search(pile.begin(), pile.end(), proposed.other))
         continue;
-      found.is_accepted = found.is_accepted || decisions_.accepted.count({link.source, link.target}) > 0;
-      const int other = link.source == scan ? link.target : link.source;
-      if (placed_.assembly.part[static_cast<std::size_t>(other)] != placed_.assembly.part[i] ||
-          std::binary_search(pile.begin(), pile.end(), other))
-        continue;
-      for (std::size_t h = placed_.graph.first[k]; h < placed_.graph.first[k + 1]; ++h) {
-        const WeighedHypothesis& w = placed_.graph.hypotheses[h];
-        const Eigen::Isometry3d& T = link.hypotheses[w.rank].T_target_source;
-        const Eigen::Isometry3d proposed = pose(other) * (link.source == scan ? T : T.inverse());
-        if (!areDistinct(pose(scan), proposed, place, options_.choice))
-          found.agree += w.belief;
-        else if (pile.empty() ? w.prior >= options_.choice.rival : w.prior > 0)
-          addRival(found, w.prior, proposed, place);
-      }
+      if (!areDistinct(pose(scan), proposed.T_part_scan, place, options_.choice))
+        found.agree += proposed.belief;
+      else if (pile.empty() ? proposed.prior >= options_.choice.rival : proposed.prior > 0)
+        addRival(found, proposed.prior, proposed.T_part_scan, place);
     }
     return found;
   }
@@ -138,6 +127,29 @@ isClear(const PlaceOdds& chosen, const PlaceOdds& rival, const MultiwayOptions& 
     return true;
   return chosen.belief * std::pow(chosen.score / rival.score, options.choice.score_power) >=
          options.choice.clear_odds * rival.belief;
+}
+
+std::vector<ProposedPose>
+proposedPoses(int scan, const PlacedScans& placed)
+{
+  std::vector<ProposedPose> proposed;
+  for (std::size_t k = 0; k < placed.links.size(); ++k) {
+    const PairLink& link = placed.links[k];
+    if (link.source != scan && link.target != scan)
+      continue;
+    const int other = link.source == scan ? link.target : link.source;
+    const Eigen::Isometry3d& T_part_other = placed.assembly.poses[static_cast<std::size_t>(other)];
+    for (std::size_t h = placed.graph.first[k]; h < placed.graph.first[k + 1]; ++h) {
+      const WeighedHypothesis& w = placed.graph.hypotheses[h];
+      const Eigen::Isometry3d& T = link.hypotheses[w.rank].T_target_source;
+      proposed.push_back({other,
+                          {link.source, link.target, T},
+                          T_part_other * (link.source == scan ? T : T.inverse()),
+                          w.prior,
+                          w.belief});
+    }
+  }
+  return proposed;
 }
 
 std::vector<int>

@@ -32,6 +32,17 @@ struct PlacedScans {
   const std::vector<Eigen::Vector3d>& places; ///< of the sensors in the scans' frames [m]
 };
 
+/// Where a hypothesis of a link puts one of its scans.
+struct ProposedPose {
+  int other = 0;                 ///< scan of the link
+  PlacedPair pair;               ///< the hypothesis
+  Eigen::Isometry3d T_part_scan; ///< in the frame of the part of the other scan
+  double prior = 0, belief = 0;  ///< WeighedHypothesis
+};
+/// By all links of a scan, in their order.
+std::vector<ProposedPose>
+proposedPoses(int scan, const PlacedScans& placed);
+
 /** \brief Scans, of those asked about, for which another place in their part, which a link of theirs says, explains all
  * surfaces better, or nearly as well: isClear() does not hold. Each scan against all others of its part, where these
  * are two or more.

@@ -74,7 +74,7 @@ private:
   {
     for (const PairLink& link : links_) {
       const auto [a, b] = partsOf(link);
-      if (a != b && decisions_.accepted.count({link.source, link.target}) > 0 && !link.hypotheses.empty())
+      if (a != b && isAccepted(decisions_, link.source, link.target) && !link.hypotheses.empty())
         parts_.merge(a, b, joinPose(link, link.hypotheses.front().T_target_source));
     }
   }
@@ -181,45 +181,30 @@ public:
   hasRival(int scan)
   {
     const int part = partOf(scan);
-    if (parts_.at(part).size() < 2 || isOfAcceptedLink(scan))
+    if (parts_.at(part).size() < 2 || hasAcceptedLink(decisions_, scan))
       return false;
     const double here = oddsAt(scan, part, pose(scan));
     std::map<int, std::vector<Eigen::Isometry3d>> looked_at; // of each part
-    for (std::size_t k = 0; k < placed_.links.size(); ++k) {
-      const PairLink& link = placed_.links[k];
-      if (link.source != scan && link.target != scan)
+    for (const ProposedPose& proposed : proposedPoses(scan, placed_)) {
+      const int there = partOf(proposed.other);
+      const Eigen::Isometry3d& rival = proposed.T_part_scan;
+      const double least = there == part ? options_.choice.rival : options_.choice.sure;
+      if (proposed.prior < least || (there == part && !isDistinct(scan, pose(scan), rival)))
         continue;
-      const int other = link.source == scan ? link.target : link.source;
-      const int there = partOf(other);
-      for (std::size_t h = placed_.graph.first[k]; h < placed_.graph.first[k + 1]; ++h) {
-        const WeighedHypothesis& w = placed_.graph.hypotheses[h];
-        const Eigen::Isometry3d& T = link.hypotheses[w.rank].T_target_source;
-        const Eigen::Isometry3d rival = pose(other) * (link.source == scan ? T : T.inverse());
-        const double least = there == part ? options_.choice.rival : options_.choice.sure;
-        if (w.prior < least || (there == part && !isDistinct(scan, pose(scan), rival)))
-          continue;
-        auto& known = looked_at[there];
-        const auto isKnown = [&](const Eigen::Isometry3d& at) { return !isDistinct(scan, at, rival); };
-        if (std::any_of(known.begin(), known.end(), isKnown) || odds_.of({{link.source, link.target, T}}) < 0)
-          continue;
-        known.push_back(rival);
-        const bool competes = there == part ? !(oddsAgainst(scan, rival) >= std::log(options_.choice.clear_odds))
-                                            : oddsAt(scan, there, rival) > std::max(here, 0.0);
-        if (competes)
-          return true;
-      }
+      auto& known = looked_at[there];
+      const auto isKnown = [&](const Eigen::Isometry3d& at) { return !isDistinct(scan, at, rival); };
+      if (std::any_of(known.begin(), known.end(), isKnown) || odds_.of({proposed.pair}) < 0)
+        continue;
+      known.push_back(rival);
+      const bool competes = there == part ? !(oddsAgainst(scan, rival) >= std::log(options_.choice.clear_odds))
+                                          : oddsAt(scan, there, rival) > std::max(here, 0.0);
+      if (competes)
+        return true;
     }
     return false;
   }
 
 private:
-  bool
-  isOfAcceptedLink(int scan) const
-  {
-    return std::any_of(decisions_.accepted.begin(), decisions_.accepted.end(), [scan](const auto& pair) {
-      return pair.first == scan || pair.second == scan;
-    });
-  }
   int
   partOf(int scan) const
   {
@@ -252,33 +237,42 @@ private:
   double
   oddsAgainst(int scan, const Eigen::Isometry3d& rival)
   {
-    std::vector<int> displaced;
-    double sum = oddsAgainst(scan, rival, displaced);
+    const std::vector<int> displaced = standingAt(scan, rival);
+    std::vector<int> not_asked = displaced;
+    double sum = oddsAgainst(scan, rival, not_asked);
     const Eigen::Isometry3d T_here_rival = pose(scan) * rival.inverse();
-    for (const int other : std::vector<int>(displaced))
-      sum += oddsAgainst(other, T_here_rival * pose(other), displaced);
+    for (const int other : displaced) {
+      const Eigen::Isometry3d exchanged = T_here_rival * pose(other);
+      const std::vector<int> standing = standingAt(other, exchanged);
+      not_asked.insert(not_asked.end(), standing.begin(), standing.end());
+      sum += oddsAgainst(other, exchanged, not_asked);
+    }
     return sum;
   }
-
-  /// \param[in,out] displaced those are not asked, and who stands where the rival is, is added
   double
-  oddsAgainst(int scan, const Eigen::Isometry3d& rival, std::vector<int>& displaced)
+  oddsAgainst(int scan, const Eigen::Isometry3d& rival, const std::vector<int>& not_asked)
   {
-    const std::vector<int> known = displaced;
-    const Eigen::Vector3d place = rival * placed_.places[static_cast<std::size_t>(scan)];
     std::vector<PlacedPair> here, there;
     for (const int other : parts_.at(partOf(scan))) {
-      if (other == scan || std::find(known.begin(), known.end(), other) != known.end())
+      if (other == scan || std::find(not_asked.begin(), not_asked.end(), other) != not_asked.end())
         continue;
-      if ((place - pose(other) * placed_.places[static_cast<std::size_t>(other)]).norm() <
-          options_.choice.same_translation) {
-        displaced.push_back(other);
-        continue;
-      }
       here.push_back({scan, other, pose(other).inverse() * pose(scan)});
       there.push_back({scan, other, pose(other).inverse() * rival});
     }
     return odds_.of(here) - odds_.of(there);
+  }
+
+  /// The others of its part that stand where a scan would, at a pose.
+  std::vector<int>
+  standingAt(int scan, const Eigen::Isometry3d& at) const
+  {
+    const Eigen::Vector3d place = at * placed_.places[static_cast<std::size_t>(scan)];
+    std::vector<int> found;
+    for (const int other : parts_.at(partOf(scan)))
+      if (other != scan && (place - pose(other) * placed_.places[static_cast<std::size_t>(other)]).norm() <
+                               options_.choice.same_translation)
+        found.push_back(other);
+    return found;
   }
 
   const PlacedScans& placed_;
