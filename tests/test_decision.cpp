@@ -5,6 +5,8 @@
 #include "made_up_matches.h"
 #include "patch_scenes.h"
 
+#include <pcl_ssfr/options.h>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
