@@ -168,6 +168,24 @@ TEST_F(Room, scansAtOnePlaceAreNamedAndKept)
   EXPECT_EQ(stationNotes(map), 1);
 }
 
+TEST_F(Room, coordinatesThatAreHardlyMetresAreAskedAbout)
+{
+  const auto notesOfPair = [](float unit) {
+    std::vector<Eigen::Matrix3Xf> points{scans_[0] * unit, scans_[1] * unit};
+    MultiwayRegistration registration{MultiwayOptions()};
+    for (std::size_t i = 0; i < 2; ++i) {
+      ScanView view;
+      view.xyz = points[i].data();
+      view.size = static_cast<std::size_t>(points[i].cols());
+      registration.addScan("s" + std::to_string(i), view);
+    }
+    return registration.run().notes;
+  };
+  const auto asks = ::testing::ContainsRegex("s0 reaches .* m, and 1 other .*: are coordinates in metres");
+  EXPECT_THAT(notesOfPair(1000), ::testing::Contains(asks));
+  EXPECT_THAT(notesOfPair(1), ::testing::Not(::testing::Contains(::testing::HasSubstr("metres"))));
+}
+
 TEST_F(Room, sameBitsForAnyNumberOfThreads)
 {
   expectSameBits(mapOf(1), mapOf(3));

@@ -381,6 +381,22 @@ TEST(Scales, aSmallModelAndAHugeSceneNeedNoParameter)
   }
 }
 
+TEST(Scales, coordinatesThatAreHardlyMetresAreAskedAbout)
+{
+  const Pair metres = scanPair(makeFurnishedRoom(2), 0, 1, roomScanner(), 92);
+  const Pair millimetres{metres.source * 1000.F, metres.target * 1000.F, metres.T_target_source};
+  EXPECT_THAT(registerPair(millimetres).message, ::testing::HasSubstr("m: are its coordinates in metres?"));
+  EXPECT_THAT(registerPair({millimetres.source, metres.target, metres.T_target_source}).message,
+              ::testing::ContainsRegex("the source scan reaches .* are its coordinates in metres"));
+  const Pair centimetres{metres.source, metres.target * 100.F, metres.T_target_source};
+  const Result unlike = registerPair(centimetres);
+  EXPECT_NE(unlike.status, Status::Converged);
+  EXPECT_THAT(
+      unlike.message,
+      ::testing::ContainsRegex("the target scan reaches (9|10|11). times as far as the other one: are both in"));
+  EXPECT_THAT(registerPair(metres).message, ::testing::Not(::testing::HasSubstr("reaches")));
+}
+
 TEST(Gravity, aWrongPriorIsObeyedAndARightOneHelps)
 {
   const Pair pair = scanPair(makeFurnishedRoom(3), 0, 1, roomScanner(), 93);

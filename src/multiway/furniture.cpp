@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <variant>
 #include <vector>
 
 namespace pcl_ssfr {
@@ -40,7 +39,7 @@ logProbability(double n, double v, double mean)
 bool
 isWalled(const PreparedScan& scan, const OrientedSamples& furniture)
 {
-  return 2 * furniture.size() < std::get<PatchScan>(scan.data().scan).patches.samples.size();
+  return 2 * furniture.size() < patchesOf(scan).patches.samples.size();
 }
 
 double
@@ -67,7 +66,7 @@ shareOfPlacesAlike(const std::vector<PlacementEvidence>& pairs, const FurnitureC
 OrientedSamples
 furnitureOf(const PreparedScan& scan, const FurnitureConfig& config)
 {
-  const PatchScan& patches = std::get<PatchScan>(scan.data().scan);
+  const PatchScan& patches = patchesOf(scan);
   const OrientedSamples& all = patches.patches.samples;
   const double scale = patches.scale;
   const double most_area = config.most_area * scale * scale;

@@ -15,7 +15,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <variant>
 #include <vector>
 
 namespace pcl_ssfr {
@@ -27,12 +26,6 @@ using Matrix6 = SurfaceEquations::Matrix6;
 constexpr double kSurvey = 0.006;     // [m] Autodesk ReCap counts the points below
 constexpr double kWithinReach = 0.99; // two scans farther apart share a hundredth of either: less than an overlap
 constexpr float kFreeRatio = 0.02f;   // of the range: what a loose test adds to the margin of free space
-
-const PatchScan&
-patchesOf(const PreparedScan& scan)
-{
-  return std::get<PatchScan>(scan.data().scan);
-}
 
 template <typename Matrix>
 std::size_t

@@ -14,7 +14,6 @@
 #include <limits>
 #include <set>
 #include <utility>
-#include <variant>
 
 namespace pcl_ssfr {
 
@@ -221,7 +220,7 @@ haveManyPlaces(const std::vector<StoreyScan>& scans,
 StoreyScan
 storeyScan(const PreparedScan& scan, const Eigen::Isometry3d& T_map_scan)
 {
-  const auto& patches = std::get<PatchScan>(scan.data().scan);
+  const PatchScan& patches = patchesOf(scan);
   return {&patches.patches.samples, T_map_scan * Eigen::Translation3d(patches.origin), T_map_scan * placeOf(scan)};
 }
 

@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <sstream>
 #include <string>
 #include <utility>
 
@@ -138,6 +139,62 @@ conclude(Result result, const PatchPair& pair, const HypothesisSource& source, c
   return withStatus(std::move(result), decision.status, decision.message);
 }
 
+/// registerPatchScans(), but for what speaks of the unit.
+Result
+searchPose(const PatchScan& source,
+           const PatchScan& target,
+           const Options& options,
+           const Eigen::Isometry3d* guess,
+           const Deadline& deadline,
+           SearchTrace* trace)
+{
+  const PatchPair pair(source, target, options, guess, deadline);
+  Result result = describeScans(source, target);
+  StageLog stages(result.stages);
+  HypothesisSource hypotheses(
+      pair, guess ? std::optional<Eigen::Isometry3d>(pair.toInner(*guess)) : std::nullopt, stages, trace);
+  if (const auto problem = findProblem(pair, hypotheses))
+    return withStatus(std::move(result), problem->first, problem->second);
+
+  std::vector<ScoredPose> poses; // distinct, most probable first
+  while (const std::optional<HypothesisBatch> batch = hypotheses.next()) {
+    poses = refineAndMerge(pair, *batch, poses, stages);
+    if (!isDecided(pair, poses) && !pair.outOfTime())
+      continue;
+    // Polished, a pose may turn out not to be as good as it seemed, or to be open: a reason to look further.
+    if (!poses.empty())
+      poses = polishLeaders(pair, std::move(poses), stages);
+    if ((isDecided(pair, poses) && isDetermined(pair, poses.front())) || pair.outOfTime())
+      break;
+  }
+  if (poses.empty())
+    return pair.outOfTime() ? withStatus(std::move(result),
+                                         Status::TimeLimit,
+                                         "the time limit ran out before a pose could be judged")
+                            : withStatus(std::move(result), Status::NoCandidate, nothingFound(pair, hypotheses));
+  if (!poses.front().polish)
+    poses = polishLeaders(pair, std::move(poses), stages);
+  return conclude(std::move(result), pair, hypotheses, poses);
+}
+
+/// What says that coordinates may not be in metres, for people, after a message; empty: nothing.
+std::string
+unitText(const PatchScan& source, const PatchScan& target, bool is_accepted)
+{
+  const bool is_source = source.extent.radius > target.extent.radius;
+  const PatchScan& larger = is_source ? source : target;
+  const double smaller_radius = is_source ? target.extent.radius : source.extent.radius;
+  std::ostringstream text;
+  text << "; the " << (is_source ? "source" : "target") << " scan reaches ";
+  if (larger.scale > kUnlikelyScale)
+    text << std::lround(larger.extent.radius) << " m: are its coordinates in metres?";
+  else if (!is_accepted && smaller_radius > 0 && larger.extent.radius > kUnlikelyScale * smaller_radius)
+    text << std::lround(larger.extent.radius / smaller_radius) << " times as far as the other one: are both in metres?";
+  else
+    return "";
+  return text.str();
+}
+
 } // namespace
 
 Candidate
@@ -167,33 +224,9 @@ registerPatchScans(const PatchScan& source,
                    const Deadline& deadline,
                    SearchTrace* trace)
 {
-  const PatchPair pair(source, target, options, guess, deadline);
-  Result result = describeScans(source, target);
-  StageLog stages(result.stages);
-  HypothesisSource hypotheses(
-      pair, guess ? std::optional<Eigen::Isometry3d>(pair.toInner(*guess)) : std::nullopt, stages, trace);
-  if (const auto problem = findProblem(pair, hypotheses))
-    return withStatus(std::move(result), problem->first, problem->second);
-
-  std::vector<ScoredPose> poses; // distinct, most probable first
-  while (const std::optional<HypothesisBatch> batch = hypotheses.next()) {
-    poses = refineAndMerge(pair, *batch, poses, stages);
-    if (!isDecided(pair, poses) && !pair.outOfTime())
-      continue;
-    // Polished, a pose may turn out not to be as good as it seemed, or to be open: a reason to look further.
-    if (!poses.empty())
-      poses = polishLeaders(pair, std::move(poses), stages);
-    if ((isDecided(pair, poses) && isDetermined(pair, poses.front())) || pair.outOfTime())
-      break;
-  }
-  if (poses.empty())
-    return pair.outOfTime() ? withStatus(std::move(result),
-                                         Status::TimeLimit,
-                                         "the time limit ran out before a pose could be judged")
-                            : withStatus(std::move(result), Status::NoCandidate, nothingFound(pair, hypotheses));
-  if (!poses.front().polish)
-    poses = polishLeaders(pair, std::move(poses), stages);
-  return conclude(std::move(result), pair, hypotheses, poses);
+  Result result = searchPose(source, target, options, guess, deadline, trace);
+  result.message += unitText(source, target, result.accepted());
+  return result;
 }
 
 } // namespace pcl_ssfr

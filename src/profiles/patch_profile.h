@@ -21,6 +21,9 @@
 
 namespace pcl_ssfr {
 
+/// A scan of a larger scale is hardly in metres, nor are two of which one reaches so many times as far as the other.
+constexpr double kUnlikelyScale = 10;
+
 /// One scan as the default profile needs it: patches, main normals, lookup, range image.
 struct PatchScan {
   ScanExtent extent;

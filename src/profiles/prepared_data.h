@@ -18,4 +18,11 @@ struct PreparedData {
   std::variant<PatchScan, PaperScan> scan;
 };
 
+/// The scan as the default profile prepared it. \throw std::bad_variant_access when another one did
+inline const PatchScan&
+patchesOf(const PreparedScan& scan)
+{
+  return std::get<PatchScan>(scan.data().scan);
+}
+
 } // namespace pcl_ssfr
