@@ -401,7 +401,8 @@ statusByTheRules(const std::vector<ScoredPose>& poses, const DecisionContext& co
   if (!is_determined && (meets || !is_probably_none))
     status = Status::Unobservable;
   else if (is_probably_none)
-    status = e.contradicted > 0.1 * e.visible() ? Status::Contradicted : Status::LowOverlap;
+    status =
+        e.contradicted > 0.1 * (e.matched + e.contradicted + e.unmatched) ? Status::Contradicted : Status::LowOverlap;
   else if (context.posterior.poses.front() < context.min_confidence)
     status = Status::Ambiguous;
   return status != Status::Converged && !context.few_directions.empty() ? Status::TooFewDirections : status;

@@ -21,7 +21,6 @@ makeHistogram(double origin, double bin_width, const Eigen::VectorXd& counts)
   histogram.origin = origin;
   histogram.bin_width = bin_width;
   histogram.counts = counts;
-  histogram.samples = counts.size();
   return histogram;
 }
 
@@ -74,7 +73,7 @@ TEST(HistogramCorrelation, ByHand)
   const std::vector<ShiftPeak> peaks = findPeaks(correlation, options);
   ASSERT_EQ(peaks.size(), 1U);
   EXPECT_NEAR(peaks[0].shift, 0.5, 1e-12);
-  EXPECT_NEAR(peaks[0].value, 5, 1e-12);
+  EXPECT_NEAR(correlation.values.maxCoeff(), 5, 1e-12);
 }
 
 TEST(HistogramCorrelation, EveryWayAgreesWithTheDefinition)
@@ -247,9 +246,7 @@ TEST(CorrelationPeaks, ParabolaFindsTheTopBetweenBins)
   options.envelope_half_window = 0;
   EXPECT_NEAR(findPeaks(correlation, options).at(0).shift, 0.4, 1e-12);
   options.sub_bin = true;
-  const ShiftPeak peak = findPeaks(correlation, options).at(0);
-  EXPECT_NEAR(peak.shift, 0.43, 1e-9);
-  EXPECT_NEAR(peak.value, 50, 1e-9);
+  EXPECT_NEAR(findPeaks(correlation, options).at(0).shift, 0.43, 1e-9);
 }
 
 } // namespace

@@ -83,15 +83,12 @@ protected:
       return e;
     };
     std::vector<int> found;
-    for (const int threads : {1, 3}) {
-      const std::vector<int> now = findScansWithRivals({0, 1, 2, 3, 4},
-                                                       {assembly, job_.links, graph, job_.places},
-                                                       evidence,
-                                                       piles,
-                                                       decisions,
-                                                       MultiwayOptions(),
-                                                       threads);
-      EXPECT_TRUE(threads == 1 || now == found);
+    MultiwayOptions options;
+    for (const unsigned threads : {1U, 3U}) {
+      options.threads = threads;
+      const std::vector<int> now = findScansWithRivals(
+          {0, 1, 2, 3, 4}, {assembly, job_.links, graph, job_.places}, evidence, piles, decisions, options);
+      EXPECT_TRUE(threads == 1U || now == found);
       found = now;
     }
     return found;
@@ -189,7 +186,7 @@ TEST_F(RivalPlaces, ofNothingAreNone)
 {
   HypothesisGraph graph;
   graph.first.push_back(0);
-  EXPECT_THAT(findScansWithRivals({}, {Assembly(), {}, graph, {}}, nullptr, {}, {}, MultiwayOptions(), 1), IsEmpty());
+  EXPECT_THAT(findScansWithRivals({}, {Assembly(), {}, graph, {}}, nullptr, {}, {}, MultiwayOptions()), IsEmpty());
 }
 
 } // namespace

@@ -213,6 +213,16 @@ TEST_F(Storeys, stairsOneWayAreADoubtWhenScansStandApart)
   EXPECT_THAT(doubt->below, IsEmpty());
 }
 
+TEST_F(Storeys, aSensorAtAnotherHeightAboveTheSameFloorIsOnNoStairs)
+{
+  // One stands 0.9 m higher than the others, and one 0.6 m lower, as tripods may, or places that were estimated.
+  std::vector<StoreyScan> scans = scansAt({1.2, 1.2, 1.2, 1.2, 1.2, 1.2});
+  scans[4].place.z() = 2.1;
+  scans[5].place.z() = 0.6;
+  for (const bool others : {false, true})
+    EXPECT_FALSE(findStoreyDoubt(scans, Vector3d::UnitZ(), others, 0.4, AliasConfig()).has_value());
+}
+
 TEST_F(Storeys, landingsOfStoreysLaidOntoOneAnotherAreNoLevels)
 {
   // Four storeys in one: three flights of stairs on one another, so three scans at the height of each landing.

@@ -54,41 +54,16 @@ TEST(NeighborIndex, AgreesWithBruteForce)
     ASSERT_EQ(seven.size(), 7U);
     for (std::size_t k = 0; k < 7; ++k)
       EXPECT_NEAR(seven[k].squared_distance, expected[k], 1e-5);
-
-    for (const double radius : {0.1, 2.0, 50.0}) {
-      const std::vector<NeighborIndex::Neighbor> inside = index.radius(query, radius);
-      const auto count = static_cast<std::size_t>(std::upper_bound(expected.begin(), expected.end(), radius * radius) -
-                                                  expected.begin());
-      ASSERT_EQ(inside.size(), count);
-      for (std::size_t k = 0; k < count; ++k)
-        EXPECT_NEAR(inside[k].squared_distance, expected[k], 1e-12);
-    }
   }
 }
 
-TEST(NeighborIndex, RadiusIncludesAndNearestExcludesItsBound)
+TEST(NeighborIndex, NearestExcludesItsBound)
 {
   Points3 points(3, 2);
   points << 0, 0.5, 0, 0, 0, 0;
   const NeighborIndex index(points);
-  EXPECT_EQ(index.radius(Eigen::Vector3d::Zero(), 0.5).size(), 2U);
   EXPECT_EQ(index.nearest(Eigen::Vector3d(-0.5, 0, 0), 0.5).index, -1);
   EXPECT_EQ(index.nearest(Eigen::Vector3d(-0.5, 0, 0), 0.5001).index, 0);
-}
-
-TEST(NeighborIndex, RadiusIsExactWhereFloatIsNot)
-{
-  for (const double offset : {0.0, 500.0, 100000.0}) { // there float has steps of 0, 0.03 and 8 mm
-    const Points3 points = randomPoints(400, 2, 6).array() + offset, queries = randomPoints(50, 2, 7).array() + offset;
-    const NeighborIndex index(points);
-    for (Eigen::Index q = 0; q < queries.cols(); ++q) {
-      const std::vector<double> expected = sortedSquaredDistances(points, queries.col(q));
-      for (const std::size_t k : {3U, 50U}) {
-        const double radius = std::sqrt(expected[k]) * (1 + 1e-12);
-        EXPECT_EQ(index.radius(queries.col(q), radius).size(), k + 1) << offset;
-      }
-    }
-  }
 }
 
 TEST(NeighborIndex, AnswersNothingWhereThereIsNothing)
@@ -98,14 +73,11 @@ TEST(NeighborIndex, AnswersNothingWhereThereIsNothing)
     EXPECT_EQ(index->size(), 0);
     EXPECT_EQ(index->nearest(Eigen::Vector3d::Zero(), 1).index, -1);
     EXPECT_TRUE(index->kNearest(Eigen::Vector3d::Zero(), 3).empty());
-    EXPECT_TRUE(index->radius(Eigen::Vector3d::Zero(), 1).empty());
   }
   const NeighborIndex few(randomPoints(3, 1, 3));
   EXPECT_EQ(few.kNearest(Eigen::Vector3d::Zero(), 10).size(), 3U);
   EXPECT_TRUE(few.kNearest(Eigen::Vector3d::Zero(), 0).empty());
   EXPECT_TRUE(few.kNearest(Eigen::Vector3d(kNan, 0, 0), 2).empty());
-  EXPECT_TRUE(few.radius(Eigen::Vector3d(kNan, 0, 0), 2).empty());
-  EXPECT_TRUE(few.radius(Eigen::Vector3d::Zero(), kNan).empty());
   EXPECT_EQ(few.nearest(Eigen::Vector3d(0, kNan, 0), 2).index, -1);
 }
 

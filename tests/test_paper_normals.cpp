@@ -120,9 +120,13 @@ TEST(NormalEstimation, FindsTheTrueNormalsOfARoom)
   const NormalEstimationResult derived = estimateNormals(viewOfPoints(scan.points), NormalOptions(), true);
   EXPECT_GE(derived.radius, 0.1);
   EXPECT_LE(derived.radius, 0.9);
-  EXPECT_GE(derived.leaf, 0.04);
-  EXPECT_LE(derived.leaf, 0.1);
   NormalOptions options;
+  options.radius = derived.radius;
+  options.leaf = std::clamp(0.5 * derived.radius, 0.04, 0.1);
+  const NormalEstimationResult again = estimateNormals(viewOfPoints(scan.points), options, true);
+  ASSERT_EQ(derived.samples.size(), again.samples.size());
+  EXPECT_TRUE(derived.samples.points == again.samples.points);
+  options = NormalOptions();
   options.radius = 0.2;
   const NormalEstimationResult result = estimateNormals(viewOfPoints(scan.points), options, true);
   ASSERT_GT(result.samples.size(), 1000);

@@ -198,8 +198,10 @@ fingerprint(const Input& input, const Options& options)
                                  static_cast<double>(scan.range_image.size()),
                                  scan.index.voxel()};
   numbers.push_back(0); // directions that patches face, where they are
-  for (int i = 0; i < static_cast<int>(scan.patches.size()); ++i)
-    numbers.back() += static_cast<double>(std::bitset<64>(scan.index.mask(scan.index.centroid(i))).count());
+  for (Eigen::Index i = 0; i < scan.patches.size(); ++i) {
+    const Eigen::Vector3f place = scan.patches.samples.points.col(i).cast<float>();
+    numbers.back() += static_cast<double>(std::bitset<64>(scan.index.mask(place)).count());
+  }
   for (const MainNormal& m : scan.main_normals)
     numbers.insert(numbers.end(), {m.direction.x(), m.direction.y(), m.direction.z()});
   return numbers;

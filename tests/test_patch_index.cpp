@@ -29,6 +29,14 @@ tolerance(float distance, float lateral)
   return t;
 }
 
+/// What \p index finds at the centroid of patch \p i, for its normal.
+int
+findAtPatch(const PatchIndex& index, const PlanarPatches& patches, Eigen::Index i)
+{
+  const OrientedSamples& samples = patches.samples;
+  return index.find(samples.points.col(i).cast<float>(), samples.normals.col(i).cast<float>(), tolerance(0.3f, 0.3f));
+}
+
 /// A wall of 4 x 2 m at x = 1 that faces +x.
 PlanarPatches
 oneWall()
@@ -98,8 +106,10 @@ TEST(PatchIndex, ByHand)
   const PatchIndex index(oneWall(), 0.5);
   ASSERT_FALSE(index.empty());
   EXPECT_EQ(index.voxel(), 0.5);
-  EXPECT_TRUE(index.centroid(0).isApprox(Eigen::Vector3f(1, 0, 0)));
-  EXPECT_TRUE(index.normal(0).isApprox(Eigen::Vector3f::UnitX()));
+  const PatchIndex::Meeting centroid = index.meet(0, Eigen::Vector3d(1, 0, 0));
+  EXPECT_TRUE(centroid.normal.isApprox(Eigen::Vector3d::UnitX()));
+  EXPECT_EQ(centroid.distance, 0);
+  EXPECT_EQ(centroid.variance, 2); // the least: it grows away from there
   const Eigen::Vector3f facing = Eigen::Vector3f::UnitX();
   const PatchIndex::Tolerance t = tolerance(0.12f, 0.1f);
   EXPECT_EQ(index.find(Eigen::Vector3f(1, 0, 0), facing, t), 0);
@@ -354,7 +364,7 @@ TEST(PatchIndex, FindsWhatIsWithinReach)
           if (std::isfinite(nearest_certain)) {
             ++certainly_found;
             // The search over poses must not overlook it.
-            ASSERT_NE(index.mask(p) & directionClassesNear(index.normal(found), 0), 0U);
+            ASSERT_NE(index.mask(p) & directionClassesNear(patches.samples.normals.col(found).cast<float>(), 0), 0U);
           }
         }
         EXPECT_GT(certainly_found, 20);
@@ -372,7 +382,7 @@ TEST(PatchIndex, FindsAPatchThatCutsACornerOfTheVoxel)
   const Eigen::Vector3d major = normal.unitOrthogonal();
   addPatch(patches, {Eigen::Vector3d::Zero(), 3 * major, 2 * normal.cross(major)});
   const PatchIndex index(patches, 0.5);
-  const Eigen::Vector3f facing = index.normal(0);
+  const Eigen::Vector3f facing = patches.samples.normals.col(0).cast<float>();
   for (int trial = 0; trial < 2000; ++trial) {
     const Eigen::Vector3d p = random.uniform(-2.9, 2.9) * major + random.uniform(-1.9, 1.9) * normal.cross(major);
     ASSERT_EQ(index.find(p.cast<float>(), facing, tolerance(0.02f, 0.02f)), 0) << p.transpose();
@@ -464,7 +474,7 @@ TEST(PatchIndex, VoxelGrowsUntilTheGridFits)
   EXPECT_GT(index.voxel(), 200 / std::cbrt(10000) * 0.9);
   EXPECT_LT(index.voxel(), 230 / std::cbrt(10000) * 1.3);
   for (int i = 0; i < 50; ++i) // each is still found at its own centroid
-    EXPECT_GE(index.find(index.centroid(i), index.normal(i), tolerance(0.3f, 0.3f)), 0);
+    EXPECT_GE(findAtPatch(index, patches, i), 0);
 }
 
 TEST(PatchIndex, DistanceToAPlaneIsLessCertainAwayFromItsPoints)
@@ -538,9 +548,9 @@ TEST(PatchIndex, SurvivesExtremeScales)
       const PatchIndex index(patches, voxel);
       EXPECT_GE(index.voxel(), voxel);
       for (int i = 0; i < 20; ++i)
-        index.find(index.centroid(i), index.normal(i), tolerance(0.3f, 0.3f));
+        findAtPatch(index, patches, i);
       if (scale >= 1e6 && scale <= 1e18) {
-        EXPECT_GE(index.find(index.centroid(0), index.normal(0), tolerance(0.3f, 0.3f)), 0) << scale;
+        EXPECT_GE(findAtPatch(index, patches, 0), 0) << scale;
       }
     }
   }
@@ -549,7 +559,7 @@ TEST(PatchIndex, SurvivesExtremeScales)
   addPatch(apart, {Eigen::Vector3d::Constant(-3e38), Eigen::Vector3d(0, 2, 0), Eigen::Vector3d(0, 0, 1)});
   addPatch(apart, {Eigen::Vector3d::Constant(3e38), Eigen::Vector3d(0, 1e38, 0), Eigen::Vector3d(0, 0, 1)});
   const PatchIndex index(apart, 0.5);
-  index.find(index.centroid(1), index.normal(1), tolerance(0.3f, 0.3f));
+  findAtPatch(index, apart, 1);
 }
 
 TEST(PatchIndex, KeepsPlacesFarFromTheOrigin)

@@ -368,6 +368,16 @@ TEST(Offsets, mapCoordinatesAMillionMetresAway)
   EXPECT_THAT(back, IsPoseNear(near.T_target_source, 0.5 * kDegree, 0.05)) << result.message;
 }
 
+TEST(Offsets, floatsThatHaveLostTheShapeAreRefused)
+{
+  const Pair near = scanPair(makeFurnishedRoom(1), 0, 1, roomScanner(), 91);
+  const Eigen::Isometry3d A(Eigen::Translation3d(5e5, 5.5e6, 200)); // a national grid, in steps of half a metre
+  const Result result = registerPair({transformed(A, near.source), near.target, near.T_target_source * A.inverse()});
+  EXPECT_EQ(result.status, Status::InvalidInput);
+  EXPECT_THAT(result.message, ::testing::HasSubstr("the source scan lies 5500"));
+  EXPECT_THAT(result.message, ::testing::HasSubstr("steps of 0.5 m"));
+}
+
 TEST(Scales, aSmallModelAndAHugeSceneNeedNoParameter)
 {
   const Pair pair = scanPair(makeFurnishedRoom(2), 0, 1, roomScanner(), 92);

@@ -297,7 +297,6 @@ TEST(MeasureExtent, ByHand)
   points << 0, 2, kNan, 1, 1, 0, 0, 0, 3, kInf, 0, 0, 0, -3, 0;
   const ScanExtent extent = measureExtent(viewOfPoints(points));
   EXPECT_EQ(extent.finite_points, 3U);
-  EXPECT_TRUE(extent.centroid.isApprox(Eigen::Vector3d(1, 1, -1)));
   EXPECT_EQ(extent.min, Eigen::Vector3d(0, 0, -3));
   EXPECT_EQ(extent.max, Eigen::Vector3d(2, 3, 0));
   EXPECT_EQ(extent.median, Eigen::Vector3d(1, 0, 0));
@@ -313,7 +312,6 @@ TEST(MeasureExtent, RadiusIsTheNinetiethPercentile)
     distances.push_back((points.col(i).cast<double>() - extent.median).norm());
   std::sort(distances.begin(), distances.end());
   EXPECT_NEAR(extent.radius, distances[54000], 0.05);
-  EXPECT_TRUE(extent.centroid.isApprox(points.cast<double>().rowwise().mean(), 1e-9));
   // The same far away, to the resolution of float there.
   Eigen::Matrix3Xf far = points;
   far.colwise() += Eigen::Vector3f(1e6f, 1e6f, 1e6f);
@@ -330,12 +328,11 @@ TEST(MeasureExtent, Degenerate)
   EXPECT_EQ(measureExtent(viewOfPoints(nans)).max, Eigen::Vector3d::Zero());
   const Eigen::Matrix3Xf same = Eigen::Matrix3Xf::Constant(3, 100, 3.f);
   EXPECT_EQ(measureExtent(viewOfPoints(same)).radius, 0);
-  EXPECT_EQ(measureExtent(viewOfPoints(same)).centroid, Eigen::Vector3d(3, 3, 3));
+  EXPECT_EQ(measureExtent(viewOfPoints(same)).median, Eigen::Vector3d(3, 3, 3));
   Eigen::Matrix3Xf huge(3, 2);
   huge.col(0).setConstant(kMaxFloat);
   huge.col(1).setConstant(-kMaxFloat);
   const ScanExtent extent = measureExtent(viewOfPoints(huge));
-  EXPECT_EQ(extent.centroid, Eigen::Vector3d::Zero());
   EXPECT_TRUE(std::isfinite(extent.radius));
 }
 

@@ -63,7 +63,7 @@ RotationCandidate
 identityOn(int a, int b)
 {
   RotationCandidate candidate;
-  candidate.source_pair = candidate.target_pair = {{a, b}};
+  candidate.target_pair = {{a, b}};
   return candidate;
 }
 
@@ -93,12 +93,11 @@ TEST(ChooseAxes, FirstModeTakesTheFirstIndependentNormal)
 {
   const std::vector<MainNormal> normals =
       makeNormals({{1, 0, 0}, {0, 1, 0}, {-1, 0.1, 0}, {1, 1, 0}, {0.2, 0, 1}, {0, 0, 1}});
-  const std::optional<TranslationAxes> axes = chooseAxes(identityOn(0, 1), normals, normals, TranslationOptions());
+  const std::optional<Eigen::Matrix3d> axes = chooseAxes(identityOn(0, 1), normals, normals, TranslationOptions());
   ASSERT_TRUE(axes.has_value());
-  EXPECT_EQ(axes->axes.col(0), normals[0].direction);
-  EXPECT_EQ(axes->axes.col(1), normals[1].direction);
-  EXPECT_EQ(axes->axes.col(2), normals[4].direction); // 2 is parallel to a, 3 lies in the plane of a and b
-  EXPECT_TRUE(axes->third_is_main_normal);
+  EXPECT_EQ(axes->col(0), normals[0].direction);
+  EXPECT_EQ(axes->col(1), normals[1].direction);
+  EXPECT_EQ(axes->col(2), normals[4].direction); // 2 is parallel to a, 3 lies in the plane of a and b
 }
 
 TEST(ChooseAxes, FirstModeDropsTheCandidateWithoutAThirdDirection)
@@ -112,18 +111,16 @@ TEST(ChooseAxes, CrossProductFallsBackAndPrefersTheBestMatch)
   TranslationOptions options;
   options.third_axis = TranslationOptions::ThirdAxis::CrossProduct;
   const std::vector<MainNormal> flat = makeNormals({{1, 0, 0}, {0, 1, 0}});
-  std::optional<TranslationAxes> axes = chooseAxes(identityOn(0, 1), flat, flat, options);
+  std::optional<Eigen::Matrix3d> axes = chooseAxes(identityOn(0, 1), flat, flat, options);
   ASSERT_TRUE(axes.has_value());
-  EXPECT_LT((axes->axes.col(2) - Eigen::Vector3d::UnitZ()).norm(), 1e-12);
-  EXPECT_FALSE(axes->third_is_main_normal);
+  EXPECT_LT((axes->col(2) - Eigen::Vector3d::UnitZ()).norm(), 1e-12);
 
   // Two target normals near z; the source has the second one only.
   const std::vector<MainNormal> target = makeNormals({{1, 0, 0}, {0, 1, 0}, {0, 0, -1}, {0.4, 0, 1}});
   const std::vector<MainNormal> source = makeNormals({{1, 0, 0}, {0, 1, 0}, {0.41, 0, 1}});
   axes = chooseAxes(identityOn(0, 1), source, target, options);
   ASSERT_TRUE(axes.has_value());
-  EXPECT_EQ(axes->axes.col(2), target[3].direction);
-  EXPECT_TRUE(axes->third_is_main_normal);
+  EXPECT_EQ(axes->col(2), target[3].direction);
 }
 
 TEST(ChooseAxes, CrossProductTakesNoNormalInThePlaneOfTheOthers)
@@ -132,15 +129,14 @@ TEST(ChooseAxes, CrossProductTakesNoNormalInThePlaneOfTheOthers)
   options.third_axis = TranslationOptions::ThirdAxis::CrossProduct;
   options.cross_angle = 3.14; // [rad] forbids nothing
   const std::vector<MainNormal> flat = makeNormals({{1, 0, 0}, {0, 1, 0}, {1, 1, 1e-9}});
-  std::optional<TranslationAxes> axes = chooseAxes(identityOn(0, 1), flat, flat, options);
+  std::optional<Eigen::Matrix3d> axes = chooseAxes(identityOn(0, 1), flat, flat, options);
   ASSERT_TRUE(axes.has_value());
-  EXPECT_LT((axes->axes.col(2) - Eigen::Vector3d::UnitZ()).norm(), 1e-12);
-  EXPECT_FALSE(axes->third_is_main_normal);
+  EXPECT_LT((axes->col(2) - Eigen::Vector3d::UnitZ()).norm(), 1e-12);
 
   const std::vector<MainNormal> oblique = makeNormals({{1, 0, 0}, {0, 1, 0}, {1, 1, 0.1}});
   axes = chooseAxes(identityOn(0, 1), oblique, oblique, options);
   ASSERT_TRUE(axes.has_value());
-  EXPECT_EQ(axes->axes.col(2), oblique[2].direction);
+  EXPECT_EQ(axes->col(2), oblique[2].direction);
 }
 
 TEST(Translation, FoundToABinInARoom)
@@ -150,17 +146,16 @@ TEST(Translation, FoundToABinInARoom)
   T.translation() << 1.234, -0.777, 0.456;
   const OrientedSamples target = transformSamples(other, T);
   const TranslationOptions options;
-  const Translation coarse = estimateTranslation(source, target, TranslationAxes(), options);
+  const Translation coarse = estimateTranslation(source, target, Eigen::Matrix3d::Identity(), options);
   EXPECT_LT((coarse.t_target_source - T.translation()).cwiseAbs().maxCoeff(), 0.016);
-  EXPECT_NEAR(coarse.condition, 1, 1e-12);
   EXPECT_TRUE(coarse.observed[0] && coarse.observed[1] && coarse.observed[2]);
 
   // METHOD stage 13: bins of 0.15 mm under a mean filter of 1 cm.
   TranslationOptions fine = options;
   fine.histogram.bin_width = options.histogram.bin_width / 100;
   fine.correlation.envelope_half_window = 0;
-  const Translation refined =
-      estimateTranslation(source, target, TranslationAxes(), fine, &coarse, 1.5 * options.histogram.bin_width, 33);
+  const Translation refined = estimateTranslation(
+      source, target, Eigen::Matrix3d::Identity(), fine, &coarse, 1.5 * options.histogram.bin_width, 33);
   EXPECT_LT((refined.t_target_source - T.translation()).cwiseAbs().maxCoeff(), 0.001);
 }
 
@@ -179,12 +174,11 @@ TEST(Translation, ObliqueAxesGiveTheSame)
   };
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   T.translation() << -0.4, 0.9, 1.3;
-  TranslationAxes axes;
-  axes.axes << Eigen::Vector3d::UnitX(), oblique, Eigen::Vector3d::UnitZ();
+  Eigen::Matrix3d axes;
+  axes << Eigen::Vector3d::UnitX(), oblique, Eigen::Vector3d::UnitZ();
   const Translation translation =
       estimateTranslation(scan(3), transformSamples(scan(4), T), axes, TranslationOptions());
   EXPECT_LT((translation.t_target_source - T.translation()).norm(), 0.05);
-  EXPECT_GT(translation.condition, 1.5);
 }
 
 TEST(Translation, NoPlaneAlongAnAxisMeansNoMovementAlongIt)
@@ -201,13 +195,13 @@ TEST(Translation, NoPlaneAlongAnAxisMeansNoMovementAlongIt)
   T.translation() << 2, 0.3, -0.2;
   const TranslationOptions options;
   const Translation translation =
-      estimateTranslation(corridor(5), transformSamples(corridor(6), T), TranslationAxes(), options);
+      estimateTranslation(corridor(5), transformSamples(corridor(6), T), Eigen::Matrix3d::Identity(), options);
   EXPECT_FALSE(translation.observed[0]);
   EXPECT_TRUE(translation.observed[1] && translation.observed[2]);
   EXPECT_EQ(translation.t_target_source.x(), 0);
   EXPECT_NEAR(translation.t_target_source.y(), 0.3, 0.016);
   const Translation again = estimateTranslation(
-      corridor(5), transformSamples(corridor(6), T), TranslationAxes(), options, &translation, 0.02);
+      corridor(5), transformSamples(corridor(6), T), Eigen::Matrix3d::Identity(), options, &translation, 0.02);
   EXPECT_FALSE(again.observed[0]);
 }
 
@@ -215,8 +209,8 @@ TEST(Translation, EmptyIn)
 {
   const OrientedSamples room = makeRoom(7);
   for (const Translation& translation :
-       {estimateTranslation(OrientedSamples(), room, TranslationAxes(), TranslationOptions()),
-        estimateTranslation(room, OrientedSamples(), TranslationAxes(), TranslationOptions())}) {
+       {estimateTranslation(OrientedSamples(), room, Eigen::Matrix3d::Identity(), TranslationOptions()),
+        estimateTranslation(room, OrientedSamples(), Eigen::Matrix3d::Identity(), TranslationOptions())}) {
     EXPECT_TRUE(translation.t_target_source.isZero(0));
     EXPECT_FALSE(translation.observed[0] || translation.observed[1] || translation.observed[2]);
   }

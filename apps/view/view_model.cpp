@@ -294,7 +294,7 @@ ViewModel::paperAxes(const Eigen::Matrix3d& R) const
   if (nearest != rotations.end() && angleBetween(nearest->R_target_source, R) < kPaperParallel) {
     const auto chosen = chooseAxes(*nearest, paper_source_->main_normals, paper_target_->main_normals, stage);
     if (chosen)
-      axes = chosen->axes;
+      axes = *chosen;
   }
   Eigen::Isometry3d rotation = Eigen::Isometry3d::Identity();
   rotation.linear() = R;

@@ -236,11 +236,10 @@ isElongated(const DirectionSet& set, Eigen::Index peak, const DensityOptions& op
 
 /// The neighbours of \p peak within r_d, evenly thinned to max_region_points.
 DenseRegion
-collectRegion(const DirectionSet& set, Eigen::Index peak, double density, const DensityOptions& options)
+collectRegion(const DirectionSet& set, Eigen::Index peak, const DensityOptions& options)
 {
   DenseRegion region;
   region.peak = set.directions.col(peak);
-  region.density = density;
   const double squared_radius = options.radius * options.radius;
   for (Eigen::Index i = 0; i < set.size(); ++i) {
     if ((set.directions.col(i) - region.peak).squaredNorm() > squared_radius)
@@ -309,7 +308,7 @@ findDensestRegions(const DirectionSet& directions, const Eigen::VectorXd& densit
       break;
     highest = std::max(highest, density[peak]);
     if (!options.reject_elongated || !isElongated(directions, peak, options))
-      regions.push_back(collectRegion(directions, peak, density[peak], options));
+      regions.push_back(collectRegion(directions, peak, options));
     for (Eigen::Index i = 0; i < directions.size(); ++i)
       if ((directions.directions.col(i) - directions.directions.col(peak)).squaredNorm() <= squared_chord)
         silenced[static_cast<std::size_t>(i)] = true;

@@ -15,7 +15,6 @@ namespace pcl_ssfr {
 /// One of the densest regions: the neighbours of a density peak within r_d.
 struct DenseRegion {
   Eigen::Vector3d peak;              ///< the direction of highest density
-  double density = 0;                ///< density at the peak
   double weight = 0;                 ///< total weight of the region (before max_region_points)
   std::vector<Eigen::Index> members; ///< columns of the DirectionSet
 };

@@ -3,8 +3,6 @@
 
 #include "judgement/matched_planes.h"
 
-#include <Eigen/Geometry>
-
 #include <algorithm>
 #include <cmath>
 

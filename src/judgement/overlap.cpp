@@ -5,7 +5,6 @@
 
 #include "common/parallel.h"
 
-#include <algorithm>
 #include <cmath>
 
 namespace pcl_ssfr {

@@ -103,25 +103,6 @@ PoseUncertainty::largestRotationDeviation() const
 }
 
 Matrix6
-PoseUncertainty::covariance() const
-{
-  Matrix6 covariance = Matrix6::Zero();
-  Vector6 open = motions.empty() ? Vector6::Ones() : Vector6::Zero();
-  for (const PrincipalMotion& m : motions)
-    if (std::isinf(m.deviation))
-      open += m.motion.cwiseAbs() / m.motion.cwiseAbs().maxCoeff();
-    else
-      covariance += m.deviation * m.deviation * m.motion * m.motion.transpose();
-  for (int i = 0; i < 6; ++i)
-    if (open[i] > std::sqrt(kRoundingOfSums)) {
-      covariance.row(i).setZero();
-      covariance.col(i).setZero();
-      covariance(i, i) = kInfinite;
-    }
-  return covariance;
-}
-
-Matrix6
 PoseUncertainty::informationAbout(const Eigen::Vector3d& origin) const
 {
   const Matrix6 a = aboutOrigin(centre - origin);

@@ -60,11 +60,6 @@ struct PoseUncertainty {
   double
   largestRotationDeviation() const;
 
-  /// Covariance about \ref centre. Coordinates that an undetermined motion changes have an infinite variance, and no
-  /// covariance with others.
-  Eigen::Matrix<double, 6, 6>
-  covariance() const;
-
   /// The information about the origin of another frame, which lies at \p origin of the frame of the refinement [m].
   Eigen::Matrix<double, 6, 6>
   informationAbout(const Eigen::Vector3d& origin) const;

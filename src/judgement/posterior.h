@@ -7,7 +7,6 @@
 
 #include <pcl_ssfr/patch_config.h>
 
-#include <cstddef>
 #include <vector>
 
 namespace pcl_ssfr {

@@ -10,9 +10,7 @@
 
 #include <Eigen/Geometry>
 
-#include <cstddef>
 #include <optional>
-#include <vector>
 
 namespace pcl_ssfr {
 

@@ -58,9 +58,7 @@ collectEvidence(const OrientedSamples& samples,
                 const VisibilityOptions& options)
 {
   SurfaceEvidence evidence;
-  const auto faces = [&](Eigen::Index i) {
-    return samples.facing.size() == 0 || samples.facing[i] >= options.min_facing;
-  };
+  const auto faces = [&](Eigen::Index i) { return samples.facing.size() == 0 || samples.facing[i] >= kMinFacing; };
   const auto voteOf = [&](Eigen::Index i) { return std::sqrt(std::sqrt(samples.weights[i])); };
   std::vector<Eigen::Index> matched;
   PlaceBlock places;
@@ -99,13 +97,12 @@ collectEvidence(const OrientedSamples& samples,
       if (range < options.free_ratio * free - options.free_margin) {
         evidence.contradicted += weight;
         evidence.patches.contradicted += vote;
-        if (std::abs(ray.cast<double>().dot(normal)) >= options.min_facing * range)
+        if (std::abs(ray.cast<double>().dot(normal)) >= kMinFacing * range)
           evidence.facing.contradicted += facing_vote;
       }
       else if (range < options.hidden_ratio * image->farthest(cell) + options.hidden_margin) {
         evidence.unmatched += weight;
         evidence.patches.unmatched += vote;
-        evidence.facing.unmatched += facing_vote;
       }
     }
   }

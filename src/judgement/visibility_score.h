@@ -20,8 +20,6 @@ struct VisibilityOptions {
   float free_margin = 0.3f;   ///< ... less this [m]: hangs in free space
   float hidden_ratio = 1.05f; ///< farther than this share of the farthest return ...
   float hidden_margin = 0.3f; ///< ... plus this [m]: hidden behind what was seen
-  double min_facing =
-      kMinFacing; ///< |cosine| between a normal and a line of sight from which on a sample faces that sensor
 };
 
 /// Evidence for and against a pose, each sample weighted by the fourth root of its area [m^2]: a patch is one
@@ -55,16 +53,11 @@ struct SurfaceEvidence {
   /// Sum of weight n n^T in the target frame over the matched surface.
   Eigen::Matrix3d matched_normals = Eigen::Matrix3d::Zero();
   WeightedEvidence patches;
-  /// The same of the samples that face their own sensor (VisibilityOptions::min_facing); of these contradict only those
-  /// that face the other sensor too: what is seen edge-on is easily missed.
+  /// The same of the samples that face their own sensor (kMinFacing), but for what is unmatched; of these contradict
+  /// only those that face the other sensor too: what is seen edge-on is easily missed.
   WeightedEvidence facing;
   double clutter = 0; ///< points that fit no plane and lie at the depth that was seen; see countAtDepth()
 
-  double
-  visible() const
-  {
-    return matched + contradicted + unmatched;
-  }
   SurfaceEvidence&
   operator+=(const SurfaceEvidence& other);
 };

@@ -11,7 +11,6 @@
 #include <cstdio>
 #include <numeric>
 #include <optional>
-#include <stdexcept>
 
 namespace pcl_ssfr {
 

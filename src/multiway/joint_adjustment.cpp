@@ -400,7 +400,7 @@ adjustJointly(std::vector<Eigen::Isometry3d> poses,
   const Network network(poses.size(), fixed);
   std::vector<MapEquations> found = linearise(poses, places, pairs, equations, threads);
   result.rms_before = rmsOf(found);
-  for (; result.rounds < config.rounds && network.unknowns() > 0; ++result.rounds) {
+  for (int round = 0; round < config.rounds && network.unknowns() > 0; ++round) {
     const Eigen::VectorXd step = solveStep(found, pairs, network, config.damping);
     if (step.size() == 0)
       break;

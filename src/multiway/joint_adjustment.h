@@ -28,7 +28,6 @@ struct JointAdjustment {
   std::vector<Eigen::Matrix<double, 6, 6>> covariances;
   double rms_before = 0; ///< of plane distances at the start [m]
   double rms = 0;        ///< and at the end [m]
-  int rounds = 0;
 };
 
 /// The damping for a part of some scans: in a job by candidates, where parts are long rows, no more than those bend

@@ -12,7 +12,6 @@
 #include <cmath>
 #include <cstdio>
 #include <map>
-#include <numeric>
 
 namespace pcl_ssfr {
 
@@ -266,8 +265,7 @@ explainUnplaced(const MapInput& input, const std::vector<std::size_t>& sizes, Mu
   }
 }
 
-} // namespace
-
+/// The poses along a maximum spanning tree of the used links, from the first scan of each part: what a chain gives.
 std::vector<Eigen::Isometry3d>
 chainPoses(const ChosenMap& chosen)
 {
@@ -306,6 +304,8 @@ chainPoses(const ChosenMap& chosen)
   }
   return poses;
 }
+
+} // namespace
 
 void
 describeMap(const ChosenMap& chosen, const MapInput& input, MultiwayMap& map)

@@ -28,8 +28,4 @@ struct ChosenMap {
 void
 describeMap(const ChosenMap& chosen, const MapInput& input, MultiwayMap& map);
 
-/// The poses along a maximum spanning tree of the used links, from the first scan of each part: what a chain gives.
-std::vector<Eigen::Isometry3d>
-chainPoses(const ChosenMap& chosen);
-
 } // namespace pcl_ssfr

@@ -3,7 +3,6 @@
 
 #include "multiway/map_stages.h"
 
-#include "common/parallel.h"
 #include "common/stage_clock.h"
 #include "judgement/scored_pose.h"
 #include "multiway/assembly.h"
@@ -23,7 +22,6 @@
 #include <map>
 #include <numeric>
 #include <set>
-#include <stdexcept>
 
 namespace pcl_ssfr {
 
@@ -69,6 +67,7 @@ public:
     if (separateAlike(placed) || is_chosen_anew)
       adjustAnew(placed);
     noteUnits();
+    noteIdlePins(placed.assembly);
     for (std::string& note : alike_.repeatedStations(placed.assembly))
       map_.notes.push_back(std::move(note));
     map_.stages.push_back(clock.lap("adjust", names_.size(), countParts(placed.assembly)));
@@ -297,6 +296,19 @@ private:
         ": are coordinates in metres?");
   }
 
+  /// Pins that count for nothing are noted: one scan holds the frame of a component.
+  void
+  noteIdlePins(const Assembly& assembly) const
+  {
+    const std::vector<int> fixed = fixedScans(assembly);
+    for (const int pinned : input_.decisions.pinned)
+      for (const int holder : fixed)
+        if (holder != pinned &&
+            assembly.part[static_cast<std::size_t>(holder)] == assembly.part[static_cast<std::size_t>(pinned)])
+          map_.notes.push_back(name(pinned) + " is pinned, but " + name(holder) +
+                               ", pinned before it, holds the frame of their component");
+  }
+
   static std::size_t
   countParts(const Assembly& assembly)
   {
@@ -397,8 +409,7 @@ private:
                                                      evidenceFunction(),
                                                      piles,
                                                      input_.decisions,
-                                                     input_.options,
-                                                     threads_);
+                                                     input_.options);
     return putApart(out, kHasRival, piles.empty() ? accepted_ : alike_.tied(), placed);
   }
 

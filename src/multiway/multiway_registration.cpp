@@ -306,9 +306,7 @@ MultiwayRegistration::MultiwayRegistration(const MultiwayOptions& options) : sta
 {
   validate(options);
   state_->options = options;
-  Options threads;
-  threads.threads = options.threads;
-  state_->options.threads = threadCount(threads);
+  state_->options.threads = threadCount(options.threads);
 }
 
 MultiwayRegistration::~MultiwayRegistration() = default;

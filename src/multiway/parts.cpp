@@ -64,7 +64,7 @@ adjustPart(Assembly& assembly, int part, const std::vector<PairLink>& links, con
                      Eigen::Translation3d(-places[target]) * h.T_target_source * Eigen::Translation3d(places[source]),
                      a * h.information * a.transpose()});
   }
-  poses = solvePoseGraph(std::move(poses), edges, {0});
+  poses = solvePoseGraph(std::move(poses), edges);
   for (std::size_t m = 0; m < members.size(); ++m) {
     const auto i = static_cast<std::size_t>(members[m]);
     assembly.poses[i] = poses[m] * Eigen::Translation3d(-places[i]);

@@ -8,13 +8,18 @@
 
 #include <Eigen/Eigenvalues>
 
-#include <algorithm>
+#include <cmath>
 
 namespace pcl_ssfr {
 
 namespace {
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
+
+constexpr double kRobustScale = 3; ///< of Cauchy's loss, in standard deviations of a whole edge
+/// No edge is better known: dense scans claim far more than they know.
+constexpr double kLeastSigma = 0.002, kLeastSigmaRotation = 0.0005; ///< [m], [rad]
+constexpr int kIterations = 50;
 
 /// A pose as Ceres moves it.
 struct Parameters {
@@ -24,11 +29,11 @@ struct Parameters {
 
 /// A matrix whose product with a motion has the length that the information gives it, bounded by what edges can know.
 Matrix6
-squareRoot(const Matrix6& information, const PoseGraphOptions& options)
+squareRoot(const Matrix6& information)
 {
   // In units in which both kinds of motion are bounded alike.
   Eigen::Matrix<double, 6, 1> units;
-  units << Eigen::Vector3d::Constant(options.least_sigma_rotation), Eigen::Vector3d::Constant(options.least_sigma);
+  units << Eigen::Vector3d::Constant(kLeastSigmaRotation), Eigen::Vector3d::Constant(kLeastSigma);
   const Matrix6 scaled = units.asDiagonal() * (0.5 * (information + information.transpose())) * units.asDiagonal();
   const Eigen::SelfAdjointEigenSolver<Matrix6> solver(scaled);
   // Information l of a motion and the bound of 1 together: 1 / (1 / l + 1).
@@ -67,10 +72,7 @@ struct EdgeError {
 } // namespace
 
 std::vector<Eigen::Isometry3d>
-solvePoseGraph(std::vector<Eigen::Isometry3d> poses,
-               const std::vector<PoseGraphEdge>& edges,
-               const std::vector<int>& fixed,
-               const PoseGraphOptions& options)
+solvePoseGraph(std::vector<Eigen::Isometry3d> poses, const std::vector<PoseGraphEdge>& edges)
 {
   std::vector<Parameters> parameters;
   parameters.reserve(poses.size());
@@ -79,13 +81,13 @@ solvePoseGraph(std::vector<Eigen::Isometry3d> poses,
   ceres::Problem::Options ownership;
   ownership.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   ownership.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-  ceres::CauchyLoss loss(options.robust_scale);
+  ceres::CauchyLoss loss(kRobustScale);
   ceres::EigenQuaternionManifold manifold;
   ceres::Problem problem(ownership);
   std::vector<char> has_edge(poses.size(), 0);
   for (const PoseGraphEdge& edge : edges) {
-    auto* error = new EdgeError{
-        edge.T_target_source.linear(), edge.T_target_source.translation(), squareRoot(edge.information, options)};
+    auto* error =
+        new EdgeError{edge.T_target_source.linear(), edge.T_target_source.translation(), squareRoot(edge.information)};
     Parameters& source = parameters[static_cast<std::size_t>(edge.source)];
     Parameters& target = parameters[static_cast<std::size_t>(edge.target)];
     problem.AddResidualBlock(new ceres::AutoDiffCostFunction<EdgeError, 6, 4, 3, 4, 3>(error),
@@ -100,7 +102,7 @@ solvePoseGraph(std::vector<Eigen::Isometry3d> poses,
     if (!has_edge[i])
       continue;
     problem.SetManifold(parameters[i].rotation.coeffs().data(), &manifold);
-    if (std::find(fixed.begin(), fixed.end(), static_cast<int>(i)) != fixed.end()) {
+    if (i == 0) {
       problem.SetParameterBlockConstant(parameters[i].rotation.coeffs().data());
       problem.SetParameterBlockConstant(parameters[i].translation.data());
     }
@@ -111,7 +113,7 @@ solvePoseGraph(std::vector<Eigen::Isometry3d> poses,
   solver.linear_solver_type = poses.size() < 60 ? ceres::DENSE_NORMAL_CHOLESKY : ceres::SPARSE_NORMAL_CHOLESKY;
   solver.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE; // one thread, whatever BLAS is installed
   solver.num_threads = 1; // the order of sums, and so the bits, must not depend on the machine
-  solver.max_num_iterations = options.iterations;
+  solver.max_num_iterations = kIterations;
   solver.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
   ceres::Solve(solver, &problem, &summary);

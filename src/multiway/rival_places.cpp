@@ -158,9 +158,9 @@ findScansWithRivals(const std::vector<int>& asked,
                     const EvidenceFunction& evidence,
                     const Piles& piles,
                     const Decisions& decisions,
-                    const MultiwayOptions& options,
-                    int threads)
+                    const MultiwayOptions& options)
 {
+  const auto threads = static_cast<int>(options.threads);
   const RivalSearch search(placed, evidence, decisions, options);
   const auto parts = membersOf(placed.assembly);
   std::vector<char> has_rival(asked.size(), 0);

@@ -61,7 +61,6 @@ findScansWithRivals(const std::vector<int>& asked,
                     const EvidenceFunction& evidence,
                     const Piles& piles,
                     const Decisions& decisions,
-                    const MultiwayOptions& options,
-                    int threads);
+                    const MultiwayOptions& options);
 
 } // namespace pcl_ssfr

@@ -228,8 +228,6 @@ evidenceAt(const PreparedScan& source,
   evidence.matched = both.patches.matched;
   evidence.contradicted = both.patches.contradicted;
   evidence.overlap = both.total > 0 ? both.matched / both.total : 0;
-  evidence.in_view = both.facing.visible();
-  evidence.seen_through = both.facing.contradicted;
   return evidence;
 }
 
@@ -270,7 +268,6 @@ equationsAt(const PreparedScan& source,
   const MutualFit fit = pair.fitInMap(T);
   SurfaceEquations equations;
   const Refinement& here = fit.refinement;
-  equations.matches = here.matches;
   if (here.matches < 3)
     return equations;
   const Matrix6 a = aboutOrigin(here.centre + pair.target().origin);

@@ -55,9 +55,10 @@ struct PlacementEvidence {
   double total = 0;
   double matched = 0;
   double contradicted = 0;
-  double overlap = 0;      ///< share of the surface that meets, [0, 1]
-  double in_view = 0;      ///< of what faces its own sensor: what meets, or is where the other sensor saw
-  double seen_through = 0; ///< of that: what the other sensor looks onto, and saw through
+  double overlap = 0; ///< share of the surface that meets, [0, 1]
+  // Set by furnitureAt() alone, and not added up:
+  double in_view = 0;      ///< what meets, or is where the other sensor saw
+  double seen_through = 0; ///< of that: what hangs in front of what it saw through
 
   PlacementEvidence&
   operator+=(const PlacementEvidence& other)
@@ -65,8 +66,6 @@ struct PlacementEvidence {
     total += other.total;
     matched += other.matched;
     contradicted += other.contradicted;
-    in_view += other.in_view;
-    seen_through += other.seen_through;
     return *this;
   }
   PlacementEvidence&
@@ -75,8 +74,6 @@ struct PlacementEvidence {
     total -= other.total;
     matched -= other.matched;
     contradicted -= other.contradicted;
-    in_view -= other.in_view;
-    seen_through -= other.seen_through;
     return *this;
   }
 };
@@ -97,7 +94,9 @@ contradictionWeight(const MultiwayOptions& options);
 double
 scoreOf(const PlacementEvidence& evidence, double contradiction_weight);
 
-/// \param[in] looseness factor on matching distances and margins, >= 1: 1 where poses are exact
+/** \brief What the surfaces of two scans say of a pose; what furnitureAt() sets is zero.
+ * \param[in] looseness factor on matching distances and margins, >= 1: 1 where poses are exact
+ */
 PlacementEvidence
 evidenceAt(const PreparedScan& source,
            const PreparedScan& target,
@@ -129,7 +128,6 @@ struct SurfaceEquations {
   Matrix6 full_curvature = Matrix6::Zero(); ///< as there
   double weight = 0;                        ///< robust weight of all matches
   double squares = 0;                       ///< weighted sum of squared distances [m^2]
-  Eigen::Index matches = 0;
 };
 
 SurfaceEquations

@@ -61,6 +61,31 @@ floorDistance(const StoreyScan& scan, const Eigen::Vector3d& up, const AliasConf
   return below.back().first;
 }
 
+/// Height of the surface below a sensor along \p up, in the map [m]; NaN as floorDistance().
+double
+floorHeight(const StoreyScan& scan, const Eigen::Vector3d& up, const AliasConfig& config)
+{
+  return scan.place.dot(up) - floorDistance(scan, up, config);
+}
+
+/// Median of them over some scans [m]; NaN where none has one.
+double
+floorHeight(const std::vector<StoreyScan>& scans,
+            const std::vector<std::size_t>& some,
+            const Eigen::Vector3d& up,
+            const AliasConfig& config)
+{
+  std::vector<double> heights;
+  for (const std::size_t i : some)
+    if (const double height = floorHeight(scans[i], up, config); !std::isnan(height))
+      heights.push_back(height);
+  if (heights.empty())
+    return std::numeric_limits<double>::quiet_NaN();
+  const auto middle = heights.begin() + static_cast<std::ptrdiff_t>(heights.size() / 2);
+  std::nth_element(heights.begin(), middle, heights.end());
+  return *middle;
+}
+
 /// Share of the scans whose floor is as far below as that of the most.
 double
 levelShare(const std::vector<StoreyScan>& scans, const Eigen::Vector3d& up, const AliasConfig& config)
@@ -299,15 +324,16 @@ findStoreyDoubt(const std::vector<StoreyScan>& scans,
     if (2 * static_cast<std::size_t>(indoors) < level.size())
       continue; // a road, not a storey
     StoreyDoubt doubt;
-    doubt.up = up;
     doubt.level = level;
     bool leads_up = false, leads_down = false; // to another level
     for (const auto& other : levels) {
       leads_up = leads_up || other.first > height + config.same_level;
       leads_down = leads_down || other.first < height - config.same_level;
     }
+    const double floor = floorHeight(scans, level, up, config);
     for (std::size_t i = 0; i < scans.size(); ++i) {
-      if (is_level[i])
+      // On the floor of the level all the same: a higher tripod, or a sensor whose place was estimated.
+      if (is_level[i] || std::abs(floorHeight(scans[i], up, config) - floor) <= config.same_level)
         continue;
       const double above = scans[i].place.dot(up) - height;
       if (above > config.same_level && above < config.storey && !leads_up)

@@ -10,7 +10,6 @@
 
 #include <Eigen/Geometry>
 
-#include <functional>
 #include <optional>
 #include <vector>
 
@@ -29,10 +28,9 @@ storeyScan(const PreparedScan& scan, const Eigen::Isometry3d& T_map_scan);
 
 /// Why a part may be several storeys laid onto one another.
 struct StoreyDoubt {
-  Eigen::Vector3d up = Eigen::Vector3d::UnitZ(); ///< unit, map frame
-  std::vector<std::size_t> level;                ///< scans of the storey that may be several
-  std::vector<std::size_t> above;                ///< scans on the way up from it
-  std::vector<std::size_t> below;                ///< and on the way down
+  std::vector<std::size_t> level; ///< scans of the storey that may be several
+  std::vector<std::size_t> above; ///< scans on the way up from it
+  std::vector<std::size_t> below; ///< and on the way down
 };
 
 /** \brief The vertical of a part of a building, of either sign: the axis of sensors that look around but not all the
@@ -51,7 +49,8 @@ findUp(const std::vector<StoreyScan>& scans, const std::optional<Eigen::Vector3d
  * them agree in every loop. What gives it away is the way between them, if it was scanned: in such a map stairs lead up
  * to nowhere, and others lead down to nowhere, or scans that belong to the way stand apart. That is so as well where a
  * single storey was scanned and a few steps of both stairs: the scans do not tell, and neither is assumed.
- * A level has scans at several places: of stairs laid onto one another those of each landing are at one.
+ * A scan at another height whose floor is that of the level does not stand between levels. A level has scans at several
+ * places: of stairs laid onto one another those of each landing are at one.
  * \param[in] scans of the part
  * \param[in] others whether usable scans of the job are not placed in it
  * \param[in] same_place distance of two sensors that are at one place [m]

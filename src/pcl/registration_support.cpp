@@ -8,7 +8,6 @@
 #include <pcl/console/print.h>
 
 #include <algorithm>
-#include <cmath>
 #include <numeric>
 #include <stdexcept>
 

@@ -90,21 +90,4 @@ NeighborIndex::kNearest(const Eigen::Vector3d& query, int k) const
   return impl_->sorted(query, indices);
 }
 
-std::vector<NeighborIndex::Neighbor>
-NeighborIndex::radius(const Eigen::Vector3d& query, double radius) const
-{
-  if (!impl_ || !(radius >= 0) || !query.allFinite())
-    return {};
-  // The tree works in float: search farther by some hundred times the rounding of coordinates, and decide in double.
-  const double rounding = 1e-5 * std::max(query.cwiseAbs().maxCoeff() + radius, 1e-3);
-  pcl::Indices indices;
-  std::vector<float> squared_distances;
-  impl_->tree.radiusSearch(toPcl(query), radius + rounding, indices, squared_distances);
-  std::vector<Neighbor> neighbors = impl_->sorted(query, indices);
-  const double squared_radius = radius * radius;
-  while (!neighbors.empty() && neighbors.back().squared_distance > squared_radius)
-    neighbors.pop_back();
-  return neighbors;
-}
-
 } // namespace pcl_ssfr

@@ -34,9 +34,6 @@ public:
   /// The \p k nearest points in ascending distance, fewer when there are fewer.
   std::vector<Neighbor>
   kNearest(const Eigen::Vector3d& query, int k) const;
-  /// All points within \p radius [m], in ascending distance.
-  std::vector<Neighbor>
-  radius(const Eigen::Vector3d& query, double radius) const;
 
 private:
   struct Impl;

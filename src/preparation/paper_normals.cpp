@@ -211,7 +211,6 @@ estimateNormals(
   keepColumns(finite.given_normals, sampled);
   if (finite.points.cols() == 0 || deadline.hasPassed()) {
     result.radius = options.radius;
-    result.leaf = options.leaf;
     return result;
   }
 
@@ -226,10 +225,11 @@ estimateNormals(
     result.radius =
         std::clamp(std::max(kRadiusInResolutions * result.resolution, spacing), kSmallestRadius, kLargestRadius);
   }
-  result.leaf = options.leaf > 0 ? options.leaf : std::clamp(kLeafInRadii * result.radius, kSmallestLeaf, kLargestLeaf);
+  const double leaf =
+      options.leaf > 0 ? options.leaf : std::clamp(kLeafInRadii * result.radius, kSmallestLeaf, kLargestLeaf);
 
   // Thinning after the normals keeps real points: estimating at those alone, over all points, gives the same.
-  const std::vector<Eigen::Index> kept = samplePerVoxel(finite.points, result.leaf);
+  const std::vector<Eigen::Index> kept = samplePerVoxel(finite.points, leaf);
   const Eigen::Vector3d viewpoint = scan.viewpoint - result.origin;
   Points3 normals = Points3::Zero(3, static_cast<Eigen::Index>(kept.size()));
   forEachInParallel(normals.cols(), 64, workers, [&](Eigen::Index i) {

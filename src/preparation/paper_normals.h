@@ -16,7 +16,6 @@ struct NormalEstimationResult {
   OrientedSamples samples;                          ///< unit weights, zero extents, relative to \ref origin
   Eigen::Vector3d origin = Eigen::Vector3d::Zero(); ///< subtracted from the points before anything else [m]
   double radius = 0;                                ///< [m]
-  double leaf = 0;                                  ///< [m]
   double resolution = 0;                            ///< mean distance to the nearest neighbour after pre_leaf [m]
   std::size_t finite_points = 0;
 };

@@ -164,19 +164,6 @@ public:
           const Tolerance& tolerance,
           int* found) const;
 
-  /// Centroid of patch \p i.
-  Eigen::Vector3f
-  centroid(int i) const
-  {
-    return planes_[static_cast<std::size_t>(i)].column(3);
-  }
-  /// Unit normal of patch \p i.
-  Eigen::Vector3f
-  normal(int i) const
-  {
-    return planes_[static_cast<std::size_t>(i)].column(0);
-  }
-
   /// How a place lies to the plane of a patch.
   struct Meeting {
     Eigen::Vector3d normal; ///< of the plane

@@ -378,7 +378,6 @@ measureExtent(const ScanView& scan, const Deadline& deadline)
 {
   ScanExtent extent;
   const std::size_t n = scan.count();
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   Eigen::Vector3f low = Eigen::Vector3f::Constant(std::numeric_limits<float>::max());
   Eigen::Vector3f high = Eigen::Vector3f::Constant(std::numeric_limits<float>::lowest());
   for (std::size_t i = 0; i < n; ++i) {
@@ -388,13 +387,11 @@ measureExtent(const ScanView& scan, const Deadline& deadline)
     if (!p.allFinite())
       continue;
     ++extent.finite_points;
-    sum += p.cast<double>();
     low = low.cwiseMin(p);
     high = high.cwiseMax(p);
   }
   if (extent.finite_points == 0)
     return extent;
-  extent.centroid = sum / static_cast<double>(extent.finite_points);
   extent.min = low.cast<double>();
   extent.max = high.cast<double>();
 

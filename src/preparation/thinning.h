@@ -16,10 +16,9 @@ namespace pcl_ssfr {
 /// Where a scan lies and how far it reaches; what every other scale follows from.
 struct ScanExtent {
   std::size_t finite_points = 0;
-  Eigen::Vector3d centroid = Eigen::Vector3d::Zero(); ///< of the finite points [m], summed in double
-  Eigen::Vector3d median = Eigen::Vector3d::Zero();   ///< along each axis, of up to some 20000 of the points [m]
-  Eigen::Vector3d min = Eigen::Vector3d::Zero();      ///< corner of the bounding box [m]
-  Eigen::Vector3d max = Eigen::Vector3d::Zero();      ///< corner of the bounding box [m]
+  Eigen::Vector3d median = Eigen::Vector3d::Zero(); ///< along each axis, of up to some 20000 of the points [m]
+  Eigen::Vector3d min = Eigen::Vector3d::Zero();    ///< corner of the bounding box [m]
+  Eigen::Vector3d max = Eigen::Vector3d::Zero();    ///< corner of the bounding box [m]
   double radius = 0; ///< 90th percentile of the distance to the median, of the same points [m]
 };
 

@@ -51,7 +51,7 @@ deriveLcpLeaf(double normal_radius)
 struct PaperPose {
   bool judged = false; ///< axes were found, the time sufficed and the score was computed
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity(); ///< target from source, both centred
-  TranslationAxes axes;
+  Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();     ///< along which it was shifted, one a column
   Translation translation;
   Overlap overlap;
   double score = 0;
@@ -204,7 +204,7 @@ PaperRegistration::judgeRotations(const std::vector<RotationCandidate>& rotation
     }
     PaperPose& candidate = poses[i];
     const StageClock translation_clock;
-    const std::optional<TranslationAxes> axes =
+    const std::optional<Eigen::Matrix3d> axes =
         chooseAxes(rotations[i], source_.main_normals, target_.main_normals, translation_options);
     if (!axes)
       return;
@@ -325,7 +325,7 @@ PaperRegistration::report(const std::vector<PaperPose>& ranked)
     // Moves along neither of the other two axes: what their shifts leave open.
     const auto column = static_cast<Eigen::Index>(k);
     UnobservableDirection open;
-    open.direction = best.axes.axes.col((column + 1) % 3).cross(best.axes.axes.col((column + 2) % 3)).normalized();
+    open.direction = best.axes.col((column + 1) % 3).cross(best.axes.col((column + 2) % 3)).normalized();
     result_.unobservable.push_back(open);
   }
 

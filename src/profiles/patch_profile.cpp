@@ -12,6 +12,8 @@
 #include "profiles/pose_refinement.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <optional>
 #include <sstream>
 #include <string>
@@ -50,6 +52,14 @@ withStatus(Result result, Status status, const std::string& message)
   return result;
 }
 
+/// Step of float coordinates where most points of a scan are [m].
+double
+coordinateStep(const ScanExtent& extent)
+{
+  const auto farthest = static_cast<float>(extent.median.cwiseAbs().maxCoeff() + extent.radius);
+  return std::nextafter(farthest, std::numeric_limits<float>::infinity()) - farthest;
+}
+
 /// Why the scans cannot be searched; nothing: they can.
 std::optional<std::pair<Status, std::string>>
 findProblem(const PatchPair& pair, const HypothesisSource& source)
@@ -61,6 +71,14 @@ findProblem(const PatchPair& pair, const HypothesisSource& source)
       return std::make_pair(Status::TooFewPoints,
                             name + " has " + std::to_string(scan->extent.finite_points) + " finite points, at least " +
                                 std::to_string(least) + " are needed");
+    // What is left of the shape is the lattice of the steps, and lattices match.
+    if (coordinateStep(scan->extent) > pair.config().judgement.evidence.match) {
+      std::ostringstream text;
+      text << name << " lies " << std::llround(scan->extent.median.cwiseAbs().maxCoeff())
+           << " m from the origin of its frame, where float coordinates have steps of " << coordinateStep(scan->extent)
+           << " m: take an offset off before they become floats";
+      return std::make_pair(Status::InvalidInput, text.str());
+    }
     const auto& normals = scan == &pair.source() ? source.sourceNormals() : source.targetNormals();
     if (normals.empty() && !pair.priors().guess())
       return std::make_pair(Status::TooFewDirections, name + " has no planes: its rotation cannot be observed");

@@ -68,8 +68,8 @@ registerPatchScans(const PatchScan& source,
                    const PatchScan& target,
                    const Options& options,
                    const Eigen::Isometry3d* guess,
-                   const Deadline& deadline = Deadline(),
-                   SearchTrace* trace = nullptr);
+                   const Deadline& deadline,
+                   SearchTrace* trace);
 
 /// The evidence for a pose between the scans' own frames, as the search rates what it refined. Candidate::probability
 /// is left 0: it compares all poses of a pair. No evidence in a scan without patches.

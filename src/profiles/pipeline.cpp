@@ -5,11 +5,9 @@
 
 #include "common/parallel.h"
 #include "common/rotation_math.h"
-#include "common/types.h"
 #include "profiles/prepared_data.h"
 
 #include <array>
-#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <stdexcept>

@@ -7,7 +7,6 @@
 #include "judgement/posterior.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <utility>

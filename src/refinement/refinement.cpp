@@ -133,7 +133,6 @@ refine(const Eigen::Isometry3d& T_start,
     accumulate(state, equations);
     result.steps = step + 1;
     result.hessian = equations.fullHessian();
-    result.weight = equations.weight;
     result.matches = equations.matches;
     result.rms = equations.rms();
     if (equations.matches < 3)
@@ -442,7 +441,6 @@ fitMutual(const ScanSurface& source,
   narrow.find_matches = false;
   const PlaneEquations equations = equationsOf(narrow);
   here.hessian = equations.fullHessian();
-  here.weight = equations.weight;
   here.rms = equations.rms();
   here.matches = equations.matches;
   fit.gradient = equations.gradient;

@@ -47,7 +47,6 @@ struct Refinement {
   /// matches alone: without a known vertical.
   Eigen::Matrix<double, 6, 6> hessian = Eigen::Matrix<double, 6, 6>::Zero();
   Eigen::Vector3d centre = Eigen::Vector3d::Zero(); ///< mean place of the source at the start, target frame [m]
-  double weight = 0;                                ///< robust weight of all matches
   double rms = 0;                                   ///< weighted root mean square plane distance of the matches [m]
   EquationStatistics statistics;                    ///< at the pose, about the centre; zero but of refineMutual()
   Eigen::Index matches = 0;

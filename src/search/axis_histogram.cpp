@@ -62,7 +62,6 @@ projectOnAxis(const OrientedSamples& samples, const Eigen::Vector3d& axis, const
     total += samples.weights[i];
     projected.emplace_back(bin, samples.weights[i]);
   }
-  histogram.samples = static_cast<Eigen::Index>(projected.size());
   if (projected.empty())
     return histogram;
   if (last - first >= static_cast<double>(options.max_bins))

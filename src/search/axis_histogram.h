@@ -11,10 +11,9 @@ namespace pcl_ssfr {
 
 /// A 1-D histogram along an axis: bin i covers [origin + i bin_width, origin + (i+1) bin_width).
 struct AxisHistogram {
-  double origin = 0;        ///< [m], an integer multiple of bin_width, so that histograms of one width align
-  double bin_width = 0;     ///< [m]
-  Eigen::VectorXd counts;   ///< weight a bin; empty when no sample is parallel to the axis
-  Eigen::Index samples = 0; ///< how many samples fell in
+  double origin = 0;      ///< [m], an integer multiple of bin_width, so that histograms of one width align
+  double bin_width = 0;   ///< [m]
+  Eigen::VectorXd counts; ///< weight a bin; empty when no sample is parallel to the axis
 };
 
 /// \p bin_width [m], or the least width with which no histogram of these samples has more than \p max_bins bins.

@@ -205,15 +205,12 @@ findPeaks(const Correlation& correlation, const CorrelationOptions& options)
     if (near)
       continue;
     taken.push_back(i);
-    ShiftPeak peak{flat.shift(i), values[i]};
+    ShiftPeak peak{flat.shift(i)};
     if (options.sub_bin && i > 0 && i + 1 < values.size()) {
       const double left = values[i - 1], right = values[i + 1];
       const double curvature = 2 * values[i] - left - right;
-      if (curvature > 0) {
-        const double step = std::clamp((right - left) / (2 * curvature), -0.5, 0.5);
-        peak.shift += step * flat.bin_width;
-        peak.value += (right - left) * step / 4;
-      }
+      if (curvature > 0)
+        peak.shift += std::clamp((right - left) / (2 * curvature), -0.5, 0.5) * flat.bin_width;
     }
     peaks.push_back(peak);
   }

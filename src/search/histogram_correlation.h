@@ -27,7 +27,6 @@ struct Correlation {
 /// A maximum of the correlation: moving the source by \ref shift along the axis lays its planes on the target's.
 struct ShiftPeak {
   double shift = 0; ///< [m]
-  double value = 0; ///< of the correlation (after the envelope was subtracted)
 };
 
 /** \brief Cross-correlation c(s) = sum_x target(x) source(x - s) for every shift s at which they can meet.

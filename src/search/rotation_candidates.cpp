@@ -7,7 +7,6 @@
 #include "common/rotation_math.h"
 
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 
 #include <algorithm>
 #include <cmath>
@@ -207,15 +206,13 @@ proposeRotations(const std::vector<MainNormal>& source,
   const auto matchPair = [&](const NormalPair& of_source) {
     std::vector<RotationCandidate> candidates;
     for (const NormalPair& of_target : target_pairs) {
-      RotationCandidate candidate;
-      candidate.angle_error = std::abs(of_source.angle - of_target.angle);
-      if (candidate.angle_error > options.angle_tolerance)
+      if (std::abs(of_source.angle - of_target.angle) > options.angle_tolerance)
         continue;
+      RotationCandidate candidate;
       candidate.R_target_source = rotationFromPairs(source[of_source.a].direction,
                                                     source[of_source.b].direction,
                                                     target[of_target.a].direction,
                                                     target[of_target.b].direction);
-      candidate.source_pair = {{static_cast<int>(of_source.a), static_cast<int>(of_source.b)}};
       candidate.target_pair = {{static_cast<int>(of_target.a), static_cast<int>(of_target.b)}};
       candidate.support = Matcher::support(matcher.match(candidate.R_target_source));
       candidates.push_back(candidate);
@@ -248,14 +245,12 @@ sweepRotations(const std::vector<Eigen::Vector3d>& source_axes,
 {
   const double step = 2 * kPi / steps;
   std::vector<RotationCandidate> sweep;
-  for (std::size_t i = 0; i < source_axes.size(); ++i)
-    for (std::size_t j = 0; j < target_axes.size(); ++j) {
-      const Eigen::Matrix3d onto = rotationOnto(source_axes[i], target_axes[j]);
+  for (const Eigen::Vector3d& source : source_axes)
+    for (const Eigen::Vector3d& target : target_axes) {
+      const Eigen::Matrix3d onto = rotationOnto(source, target);
       for (int k = 0; k < steps; ++k) {
         RotationCandidate candidate;
-        candidate.R_target_source = Eigen::AngleAxisd(k * step, target_axes[j]).toRotationMatrix() * onto;
-        candidate.source_pair = {{static_cast<int>(i), -1}};
-        candidate.target_pair = {{static_cast<int>(j), -1}};
+        candidate.R_target_source = Eigen::AngleAxisd(k * step, target).toRotationMatrix() * onto;
         sweep.push_back(candidate);
       }
     }

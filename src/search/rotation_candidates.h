@@ -15,9 +15,7 @@ namespace pcl_ssfr {
 /// A rotation that maps two main normals of the source onto two of the target.
 struct RotationCandidate {
   Eigen::Matrix3d R_target_source = Eigen::Matrix3d::Identity(); ///< proper rotation
-  std::array<int, 2> source_pair{{-1, -1}}; ///< main normals of the source, as matched in this order
-  std::array<int, 2> target_pair{{-1, -1}}; ///< main normals of the target
-  double angle_error = 0;                   ///< difference of the inner angles [rad]
+  std::array<int, 2> target_pair{{-1, -1}}; ///< main normals of the target that it was found by; -1: of a sweep
   double support = 0; ///< sum over matched main normals of min(source, target) support, each scan's supports
                       ///< normalised to sum 1; ranks merged candidates, [0, 1]
 };
@@ -56,7 +54,7 @@ proposeRotations(const std::vector<MainNormal>& source,
  * \param[in] source_axes unit directions
  * \param[in] target_axes unit directions
  * \param[in] steps around, >= 1
- * \return empty when there is no axis in either scan; source_pair and target_pair name the axis first, then -1
+ * \return empty when there is no axis in either scan
  */
 std::vector<RotationCandidate>
 sweepRotations(const std::vector<Eigen::Vector3d>& source_axes,

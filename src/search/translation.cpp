@@ -18,17 +18,11 @@ namespace {
 /// Axes whose system has a larger condition number are called dependent.
 constexpr double kMaxCondition = 1e7;
 
-double
-conditionNumber(const Eigen::Matrix3d& axes)
-{
-  const Eigen::Vector3d singular = Eigen::JacobiSVD<Eigen::Matrix3d>(axes).singularValues();
-  return singular[2] > 0 ? singular[0] / singular[2] : std::numeric_limits<double>::infinity();
-}
-
 bool
 areIndependent(const Eigen::Matrix3d& axes)
 {
-  return conditionNumber(axes) <= kMaxCondition;
+  const Eigen::Vector3d singular = Eigen::JacobiSVD<Eigen::Matrix3d>(axes).singularValues();
+  return singular[2] > 0 && singular[0] / singular[2] <= kMaxCondition;
 }
 
 /// Smallest angle between \p direction and a rotated main normal of the source [rad].
@@ -43,7 +37,7 @@ nearestRotatedNormal(const Eigen::Vector3d& direction, const Eigen::Matrix3d& R,
 
 } // namespace
 
-std::optional<TranslationAxes>
+std::optional<Eigen::Matrix3d>
 chooseAxes(const RotationCandidate& candidate,
            const std::vector<MainNormal>& source,
            const std::vector<MainNormal>& target,
@@ -52,9 +46,9 @@ chooseAxes(const RotationCandidate& candidate,
   const Eigen::Vector3d a = target.at(static_cast<std::size_t>(candidate.target_pair[0])).direction;
   const Eigen::Vector3d b = target.at(static_cast<std::size_t>(candidate.target_pair[1])).direction;
   const Eigen::Vector3d cross = a.cross(b);
-  TranslationAxes result;
-  result.axes.col(0) = a;
-  result.axes.col(1) = b;
+  Eigen::Matrix3d axes;
+  axes.col(0) = a;
+  axes.col(1) = b;
 
   if (options.third_axis == TranslationOptions::ThirdAxis::FirstMode) {
     for (const MainNormal& mode : target) {
@@ -62,33 +56,30 @@ chooseAxes(const RotationCandidate& candidate,
       if (std::abs(c.dot(a)) >= options.max_abs_cos || std::abs(c.dot(b)) >= options.max_abs_cos ||
           std::abs(c.dot(cross)) <= options.min_triple_product)
         continue;
-      result.axes.col(2) = c;
-      if (!areIndependent(result.axes))
-        continue;
-      result.third_is_main_normal = true;
-      return result;
+      axes.col(2) = c;
+      if (areIndependent(axes))
+        return axes;
     }
     return std::nullopt;
   }
 
   const Eigen::Vector3d perpendicular = cross.normalized();
-  result.axes.col(2) = perpendicular;
-  if (!areIndependent(result.axes))
+  axes.col(2) = perpendicular;
+  if (!areIndependent(axes))
     return std::nullopt;
   double best = std::numeric_limits<double>::infinity();
   for (const MainNormal& mode : target) {
-    Eigen::Matrix3d axes = result.axes;
-    axes.col(2) = mode.direction;
-    if (std::abs(mode.direction.dot(perpendicular)) < std::cos(options.cross_angle) || !areIndependent(axes))
+    Eigen::Matrix3d with_mode = axes;
+    with_mode.col(2) = mode.direction;
+    if (std::abs(mode.direction.dot(perpendicular)) < std::cos(options.cross_angle) || !areIndependent(with_mode))
       continue;
     const double angle = nearestRotatedNormal(mode.direction, candidate.R_target_source, source);
     if (angle >= best)
       continue;
     best = angle;
-    result.axes = axes;
-    result.third_is_main_normal = true;
+    axes = with_mode;
   }
-  return result;
+  return axes;
 }
 
 Eigen::Vector3d
@@ -102,7 +93,7 @@ composeShifts(const Eigen::Matrix3d& axes, const Eigen::Vector3d& shifts)
 Translation
 estimateTranslation(const OrientedSamples& rotated_source,
                     const OrientedSamples& target,
-                    const TranslationAxes& axes,
+                    const Eigen::Matrix3d& axes,
                     const TranslationOptions& options,
                     const Translation* coarse,
                     double half_range,
@@ -111,13 +102,12 @@ estimateTranslation(const OrientedSamples& rotated_source,
   CorrelationOptions correlation_options = options.correlation;
   correlation_options.max_peaks = 1;
   Translation translation;
-  translation.condition = conditionNumber(axes.axes);
   for (std::size_t k = 0; k < 3; ++k) {
     if (coarse && !coarse->observed[k])
       continue; // METHOD stage 11: no plane along an axis, no movement along it
     const auto column = static_cast<Eigen::Index>(k);
     const auto prepare = [&](const OrientedSamples& samples) {
-      AxisHistogram histogram = projectOnAxis(samples, axes.axes.col(column), options.histogram);
+      AxisHistogram histogram = projectOnAxis(samples, axes.col(column), options.histogram);
       return smoothHistogram(clipHistogram(std::move(histogram), options.histogram), smooth_half_window);
     };
     const Correlation correlation = correlate(
@@ -131,7 +121,7 @@ estimateTranslation(const OrientedSamples& rotated_source,
     translation.shifts[column] = peaks.front().shift;
     translation.observed[k] = true;
   }
-  translation.t_target_source = composeShifts(axes.axes, translation.shifts);
+  translation.t_target_source = composeShifts(axes, translation.shifts);
   return translation;
 }
 

@@ -14,22 +14,17 @@
 
 namespace pcl_ssfr {
 
-/// Three independent axes in the target frame along which a candidate is shifted.
-struct TranslationAxes {
-  Eigen::Matrix3d axes = Eigen::Matrix3d::Identity(); ///< one unit axis a column (a, b, c)
-  bool third_is_main_normal = false;
-};
-
 /// A translation composed of one shift an axis.
 struct Translation {
   Eigen::Vector3d t_target_source = Eigen::Vector3d::Zero(); ///< [m], target frame
   Eigen::Vector3d shifts = Eigen::Vector3d::Zero();          ///< along each axis [m]
   std::array<bool, 3> observed{{false, false, false}};       ///< false: no plane of both scans along this axis, shift 0
-  double condition = 0;                                      ///< condition number of the axis system, >= 1
 };
 
-/** \brief The three axes for a candidate rotation (METHOD stage 9), nothing when the rule drops the candidate. */
-std::optional<TranslationAxes>
+/** \brief Three independent axes in the target frame along which a candidate is shifted (METHOD stage 9), one unit axis
+ * a column; nothing when the rule drops the candidate.
+ */
+std::optional<Eigen::Matrix3d>
 chooseAxes(const RotationCandidate& candidate,
            const std::vector<MainNormal>& source,
            const std::vector<MainNormal>& target,
@@ -45,13 +40,14 @@ composeShifts(const Eigen::Matrix3d& axes, const Eigen::Vector3d& shifts);
  *
  * \param[in] rotated_source the source samples in the orientation of the target
  * \param[in] target the target samples
+ * \param[in] axes chooseAxes()
  * \param[in] coarse when given, shifts are only searched within \p half_range [m] of its shifts (METHOD stage 13)
  * \param[in] smooth_half_window bins of the mean filter on both histograms, 0: none (METHOD stage 13)
  */
 Translation
 estimateTranslation(const OrientedSamples& rotated_source,
                     const OrientedSamples& target,
-                    const TranslationAxes& axes,
+                    const Eigen::Matrix3d& axes,
                     const TranslationOptions& options,
                     const Translation* coarse = nullptr,
                     double half_range = -1,

@@ -60,7 +60,6 @@ refinementOf(const Matches& m, const Eigen::Vector3d& centre, double deviation =
   r.hessian = hessianAbout(m, centre);
   r.centre = centre;
   r.matches = m.points.cols();
-  r.weight = static_cast<double>(r.matches);
   r.rms = deviation;
   r.statistics.curvature = r.statistics.unit_scatter = r.hessian;
   r.statistics.scatter = deviation * deviation * r.hessian;

@@ -51,8 +51,6 @@ template <typename PointT>
 class FiniteQueryKdTree : public pcl::search::KdTree<PointT> {
 public:
   using Base = pcl::search::KdTree<PointT>;
-  using Ptr = pcl::shared_ptr<FiniteQueryKdTree<PointT>>;
-  using ConstPtr = pcl::shared_ptr<const FiniteQueryKdTree<PointT>>;
   using PointCloudConstPtr = typename pcl::search::Search<PointT>::PointCloudConstPtr;
 
   using Base::nearestKSearch;
