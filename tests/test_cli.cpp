@@ -374,7 +374,11 @@ TEST_F(AlignProgram, everyErrorIsOneLineThatNamesTheThing)
                         {folder_.file("bad.xyz") + " " + good, 3, "bad.xyz:2: column 2: 'five'"},
                         {folder_.file("huge.pcd") + " " + good, 3, "huge.pcd:6: POINTS 4000000000"},
                         {folder_.file("") + " " + good, 3, "unknown format"},
-                        {good + " " + good + " --guess " + folder_.file("guess.txt"), 3, "guess.txt"}};
+                        {good + " " + good + " --guess " + folder_.file("guess.txt"), 3, "guess.txt"},
+                        // Said before the work, or the points of these files would be too few (code 1).
+                        {good + " " + good + " --output " + folder_.file("no/x.pcd"), 3, "/no does not exist"},
+                        {good + " " + good + " --transform " + folder_.file("no/T.txt"), 3, "/no does not exist"},
+                        {good + " " + good + " --json " + folder_.file("no/a.json"), 3, "/no does not exist"}};
   for (const Case& c : cases) {
     const Outcome result = run(c.arguments);
     EXPECT_EQ(result.code, c.code) << c.arguments;

@@ -139,6 +139,26 @@ TEST(MovedCloud, keepsMillimetresFarFromTheOrigin)
   EXPECT_NEAR((*back.points)[0].z, 3.456, 1e-6);
 }
 
+TEST(LoadedCloud, floatsThatHaveLostTheShapeAreRefused)
+{
+  const auto fileOf = [](const char* type, double northing) {
+    std::string text = "ply\nformat binary_little_endian 1.0\nelement vertex 60\n";
+    for (const char* name : {"x", "y", "z"})
+      text += "property " + std::string(type) + " " + name + "\n";
+    text += "end_header\n";
+    for (int i = 0; i < 60; ++i)
+      for (const double value : {500000.0, northing + 0.37 * i, 200.0})
+        text += type == std::string("double") ? testing::bytesOf(value) : testing::bytesOf(static_cast<float>(value));
+    return text;
+  };
+  const std::string refused = testing::errorOf("grid.ply", fileOf("float", 5.5e6));
+  EXPECT_THAT(refused, ::testing::HasSubstr("grid.ply: x, y, z are no finer than floats of 4 bytes"));
+  EXPECT_THAT(refused, ::testing::HasSubstr("steps of 0.5 m at 5500011 m"));
+  EXPECT_EQ(io::parseCloud("grid.ply", fileOf("double", 5.5e6)).points->size(), 60U);
+  EXPECT_EQ(io::parseCloud("near.ply", fileOf("float", 1e6)).points->size(), 60U); // steps of 6 cm
+  EXPECT_THROW(io::parseScanPoints("grid.ply", fileOf("float", 5.5e6)), io::IoError);
+}
+
 TEST(MovedCloud, errors)
 {
   const TemporaryFolder folder;

@@ -10,6 +10,7 @@
 #include <apps/io/loaded_cloud.h>
 #include <apps/io/pcd_format.h>
 #include <apps/map/control_points.h>
+#include <apps/map/folder_lock.h>
 #include <apps/map/map_clouds.h>
 #include <apps/map/map_files.h>
 #include <apps/map/map_inputs.h>
@@ -787,6 +788,8 @@ TEST_F(MapProgram, controlThatDoesNotFitLosesNothing)
       {{"scan,x,y,z", "s0,0,0,0", "s1,1,0,nan", "s3,2,2,2"}, "nan"},
       {{lines[0], lines[1], lines[1], lines[3]}, "second place"},
       {{"scan,x,y,z,sx", "s0,0,0,0,1", "s1,1,0,0,1", "s3,2,2,2,1"}, "column sy"},
+      {{"scan,x,y,z,sy,sz", "s0,0,0,0,1,1", "s1,1,0,0,,", "s3,2,2,2,,"}, "column sx"},
+      {{"scan,x,y,z,sx,sy,sz", "s0,0,0,0,,,", "s1,1,0,0,,2,3", "s3,2,2,2,,,"}, "control.csv:3: the column sx is ''"},
   };
   for (const auto& c : cases) {
     writeLines(out("control.csv"), c.lines);
@@ -847,6 +850,32 @@ TEST_F(MapProgram, whatIsWrongIsOneLineThatNamesIt)
   }
   EXPECT_EQ(run("--help").code, 0);
   EXPECT_THAT(run("--version").out, StartsWith("ssfr_map "));
+}
+
+TEST_F(MapProgram, oneRunAtATimeWorksInAFolder)
+{
+  const std::string words = "'" + scans() + "' --out '" + out() + "'";
+  std::filesystem::create_directories(out());
+  {
+    const apps::FolderLock other(out());
+    const Outcome locked = run(words);
+    EXPECT_EQ(locked.code, 3);
+    EXPECT_THAT(locked.err, HasSubstr(out() + ": another ssfr_map works in this folder"));
+    EXPECT_TRUE(std::filesystem::is_empty(out()));
+    EXPECT_THROW(apps::FolderLock{out()}, io::IoError);
+  }
+  EXPECT_EQ(run(words).code, 0);
+}
+
+TEST_F(MapProgram, whatCountsForNothingIsSaid)
+{
+  const std::string poses = io::readFile(folder_->file("poses.txt"));
+  io::writeFile(out("more.txt"), poses + "s8.pcd 0 0 0 0 0 0 1\ns9.pcd 0 0 0 0 0 0 1\n");
+  const Outcome result =
+      run("'" + scans() + "' --out '" + out() + "' --truth '" + out("more.txt") + "' --pin s3 --pin s1");
+  EXPECT_EQ(result.code, 0) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("more.txt: 2 of 5 poses are of no scan here"));
+  EXPECT_THAT(result.out, HasSubstr("s1.pcd is pinned, but s3.pcd, pinned before it, holds the frame"));
 }
 
 TEST_F(MapProgram, noScanThatCanBeUsed)

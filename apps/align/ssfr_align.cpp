@@ -7,6 +7,7 @@
 #include <apps/align/pictures.h>
 #include <apps/common/program_main.h>
 #include <apps/io/file_bytes.h>
+#include <apps/io/output_file.h>
 #include <apps/io/transform_file.h>
 #include <apps/methods/report.h>
 
@@ -75,6 +76,9 @@ run(const std::vector<std::string>& tokens)
     return kAligned;
   }
   apps::warnOfUnread(arguments, "ssfr_align", std::cerr);
+  for (const std::string& output : {arguments.output, arguments.transform, arguments.json})
+    if (!output.empty() && output != "-")
+      io::requireWritable(output);
   const auto start = std::chrono::steady_clock::now();
   io::LoadedCloud source = io::loadCloud(arguments.source);
   io::LoadedCloud target = io::loadCloud(arguments.target);

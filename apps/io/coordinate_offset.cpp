@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 namespace pcl_ssfr {
@@ -16,6 +17,7 @@ namespace io {
 namespace {
 
 constexpr std::size_t kOffsetSamples = 1001; ///< points looked at to find the offset
+constexpr std::size_t kScan = 50;            ///< points of a scan, at least
 
 } // namespace
 
@@ -39,6 +41,22 @@ chooseOffset(std::size_t count, const std::function<Eigen::Vector3d(std::size_t)
     median[static_cast<Eigen::Index>(k)] = std::round(*middle);
   }
   return median.cwiseAbs().maxCoeff() > kLargeCoordinate ? median : Eigen::Vector3d::Zero();
+}
+
+double
+floatStep(std::size_t count, const std::function<Eigen::Vector3d(std::size_t)>& point, const Eigen::Vector3d& offset)
+{
+  if (count < kScan)
+    return 0;
+  Eigen::Index axis = 0;
+  const auto farthest = static_cast<float>(offset.cwiseAbs().maxCoeff(&axis));
+  const std::size_t step = count / kOffsetSamples + 1;
+  for (std::size_t i = 0; i < count; i += step) {
+    const double value = point(i)[axis];
+    if (std::isfinite(value) && static_cast<double>(static_cast<float>(value)) != value)
+      return 0;
+  }
+  return std::nextafter(farthest, std::numeric_limits<float>::infinity()) - farthest;
 }
 
 } // namespace io

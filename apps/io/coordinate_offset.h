@@ -20,5 +20,15 @@ namespace io {
 Eigen::Vector3d
 chooseOffset(std::size_t count, const std::function<Eigen::Vector3d(std::size_t)>& point);
 
+/** \brief Step of coordinates that are no finer than floats of 4 bytes: as files of such have them, whatever they were
+ * converted to since.
+ * \param[in] count, point as above
+ * \param[in] offset of chooseOffset()
+ * \return at the largest of the offsets [m]; 0 where coordinates along that axis are finer, and of fewer points than a
+ * scan has
+ */
+double
+floatStep(std::size_t count, const std::function<Eigen::Vector3d(std::size_t)>& point, const Eigen::Vector3d& offset);
+
 } // namespace io
 } // namespace pcl_ssfr

@@ -20,6 +20,8 @@
 #include <cctype>
 #include <cstring>
 #include <filesystem>
+#include <iomanip>
+#include <sstream>
 
 namespace pcl_ssfr {
 namespace io {
@@ -30,6 +32,7 @@ using Field = pcl::PCLPointField;
 using VectorFields = std::array<const Field*, 3>;
 
 constexpr const char* kE57 = ".e57";
+constexpr double kLargestStep = 0.1; // of coordinates [m]: matches are as far apart
 
 /// How files of an extension are read: whole, or block by block.
 struct Reader {
@@ -131,8 +134,16 @@ describe(const std::string& path, RawCloud raw)
   const Field* intensity = findField(raw.table, "intensity");
   cloud.has_normals = findVector(raw.table, "normal_x", "normal_y", "normal_z").has_value();
   cloud.has_intensity = intensity && intensity->count == 1;
-  cloud.offset =
-      chooseOffset(pointCount(raw.table), [&](std::size_t i) { return loadVector(pointAt(raw.table, i), xyz); });
+  const std::size_t count = pointCount(raw.table);
+  const auto point = [&](std::size_t i) { return loadVector(pointAt(raw.table, i), xyz); };
+  cloud.offset = chooseOffset(count, point);
+  if (const double step = floatStep(count, point, cloud.offset); step > kLargestStep) {
+    std::ostringstream text;
+    text << path << ": x, y, z are no finer than floats of 4 bytes, which have steps of " << step << " m at "
+         << std::fixed << std::setprecision(0) << cloud.offset.cwiseAbs().maxCoeff()
+         << " m: the shape is lost; keep them in 8 bytes, or take an offset off before";
+    throw IoError(text.str());
+  }
   cloud.table = std::move(raw.table);
   return cloud;
 }

@@ -88,5 +88,18 @@ OutputFile::fail() const
   throw IoError(path_ + ": cannot be written: " + std::strerror(errno));
 }
 
+void
+requireWritable(const std::string& path)
+{
+  std::error_code error;
+  const fs::path folder = fs::path(path).has_parent_path() ? fs::path(path).parent_path() : fs::path(".");
+  if (fs::is_directory(path, error))
+    throw IoError(path + ": is a directory");
+  if (!fs::is_directory(folder, error))
+    throw IoError(path + ": the folder " + folder.string() + " does not exist");
+  if (access(fs::exists(path, error) ? path.c_str() : folder.c_str(), W_OK) != 0)
+    throw IoError(path + ": cannot be written");
+}
+
 } // namespace io
 } // namespace pcl_ssfr

@@ -61,5 +61,9 @@ private:
   FilePtr file_;
 };
 
+/// For a look before hours of work. \throw IoError when no file of this name can be written
+void
+requireWritable(const std::string& path);
+
 } // namespace io
 } // namespace pcl_ssfr

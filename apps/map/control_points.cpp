@@ -39,6 +39,8 @@ fitPoints(const std::vector<Eigen::Vector3d>& map, const std::vector<Eigen::Vect
   return fit;
 }
 
+constexpr std::array<const char*, 3> kInScan = {"sx", "sy", "sz"};
+
 Eigen::Vector3d
 readPlace(const CsvTable& table, const std::array<const char*, 3>& columns)
 {
@@ -112,15 +114,17 @@ readControl(const std::string& path)
   std::vector<ControlPoint> points;
   std::vector<Eigen::Vector3d> places;
   std::set<std::pair<std::string, std::string>> names;
-  const bool has_points = table.has("sx");
   while (table.next()) {
     ControlPoint point;
     point.scan = table.field("scan");
     if (table.has("point"))
       point.point = table.field("point");
     point.site = readPlace(table, {"x", "y", "z"});
-    if (has_points && !table.field("sx").empty())
-      point.in_scan = readPlace(table, {"sx", "sy", "sz"});
+    const bool is_in_scan = std::any_of(kInScan.begin(), kInScan.end(), [&](const char* column) {
+      return table.has(column) && !table.field(column).empty();
+    });
+    if (is_in_scan) // all three of them then
+      point.in_scan = readPlace(table, kInScan);
     if (!names.insert({point.scan, point.point}).second)
       throw table.error("a second place of " + io::inQuotes(point.label()));
     places.push_back(point.site);

@@ -5,6 +5,7 @@
 
 #include <apps/io/e57_writer.h>
 #include <apps/io/loaded_cloud.h>
+#include <apps/io/output_file.h>
 #include <apps/io/pcd_format.h>
 #include <apps/map/merged_cloud.h>
 
@@ -16,8 +17,6 @@
 #include <set>
 #include <system_error>
 
-#include <unistd.h>
-
 namespace pcl_ssfr {
 namespace apps {
 
@@ -27,23 +26,6 @@ namespace fs = std::filesystem;
 
 constexpr double kFarFromOrigin = 1e4; // [m] from which on a float is too coarse
 constexpr const char* kCopyMark = "written by ssfr_map --pcd, which may replace or remove it";
-
-} // namespace
-
-void
-requireWritable(const std::string& path)
-{
-  std::error_code error;
-  const fs::path folder = fs::path(path).has_parent_path() ? fs::path(path).parent_path() : fs::path(".");
-  if (fs::is_directory(path, error))
-    throw io::IoError(path + ": is a directory");
-  if (!fs::is_directory(folder, error))
-    throw io::IoError(path + ": the folder " + folder.string() + " does not exist");
-  if (::access(fs::exists(path, error) ? path.c_str() : folder.c_str(), W_OK) != 0)
-    throw io::IoError(path + ": cannot be written");
-}
-
-namespace {
 
 std::vector<std::size_t>
 scansToWrite(const MultiwayMap& map)
@@ -157,7 +139,7 @@ checkOutputs(const CloudOutputs& outputs, const std::vector<MapInputFile>& files
       requireOwnCopy(copy);
   }
   for (const auto& [option, path] : outputFiles(outputs, files))
-    requireWritable(path);
+    io::requireWritable(path);
 }
 
 void

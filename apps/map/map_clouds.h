@@ -42,10 +42,6 @@ outputFiles(const CloudOutputs& outputs, const std::vector<MapInputFile>& files)
 void
 checkOutputs(const CloudOutputs& outputs, const std::vector<MapInputFile>& files);
 
-/// \throw io::IoError when no file of this name can be written
-void
-requireWritable(const std::string& path);
-
 /// Whether a scan is written: those of the largest component are.
 bool
 isWritten(const MapScan& scan);

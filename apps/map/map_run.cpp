@@ -14,7 +14,9 @@
 #include <apps/io/e57_format.h>
 #include <apps/io/file_bytes.h>
 #include <apps/io/loaded_cloud.h>
+#include <apps/io/output_file.h>
 #include <apps/map/control_points.h>
+#include <apps/map/folder_lock.h>
 #include <apps/map/map_files.h>
 #include <apps/map/map_inputs.h>
 #include <apps/map/map_page.h>
@@ -92,9 +94,11 @@ public:
     readInputs();
     checkOwnFiles();
     makeFolder();
+    const FolderLock lock(arguments_.out);
+    requireNoOtherMap();
     checkOutputs(arguments_.clouds, files_);
     if (writesJson())
-      requireWritable(arguments_.json);
+      io::requireWritable(arguments_.json);
     MultiwayRegistration registration(optionsOf(arguments_));
     letRanksLink(registration);
     registration.openProject(inFolder("map.sqlite"), goesOn());
@@ -213,9 +217,15 @@ private:
   {
     if (file.empty())
       return {};
-    std::vector<std::optional<Eigen::Isometry3d>> poses = posesOfScans(readPoses(file), scanNames(), file);
-    if (std::none_of(poses.begin(), poses.end(), [](const auto& pose) { return pose.has_value(); }))
+    const std::map<std::string, Eigen::Isometry3d> named = readPoses(file);
+    std::vector<std::optional<Eigen::Isometry3d>> poses = posesOfScans(named, scanNames(), file);
+    const auto known = static_cast<std::size_t>(
+        std::count_if(poses.begin(), poses.end(), [](const auto& pose) { return pose.has_value(); }));
+    if (known == 0)
       throw io::IoError(file + ": names none of the scans");
+    if (known < named.size()) // as of a larger map, or misspelt
+      std::cerr << "ssfr_map: " << file << ": " << named.size() - known << " of " << named.size()
+                << " poses are of no scan here\n";
     return poses;
   }
 
@@ -258,6 +268,13 @@ private:
     fs::create_directories(arguments_.out, error);
     if (!fs::is_directory(arguments_.out))
       throw io::IoError(arguments_.out + ": the folder cannot be created" + (error ? ": " + error.message() : ""));
+  }
+
+  /// Without --resume or a decision the links of an earlier map are not touched.
+  void
+  requireNoOtherMap() const
+  {
+    std::error_code error;
     if (!goesOn() && fs::exists(inFolder("map.sqlite"), error) && ProjectFile::holdsLinks(inFolder("map.sqlite")))
       throw io::IoError(inFolder("map.sqlite") +
                         ": holds a map already; --resume goes on with it, or take another folder");
