@@ -832,6 +832,8 @@ TEST_F(MapProgram, whatIsWrongIsOneLineThatNamesIt)
       {in + " --out '" + out() + "' --e57 /nowhere/all.e57", 3, "/nowhere/all.e57: the folder /nowhere does not exist"},
       {in + " --out '" + out() + "' --merged '" + scans() + "/s0.pcd'", 2, "would replace the scan"},
       {in + " --out '" + out() + "' --pcd " + in, 2, "would replace the scan"},
+      {in + " --out '" + out() + "' --merged '" + scans() + "/all.ply'", 2, "would be read as a scan by the next run"},
+      {in + " --out '" + out() + "' --e57 '" + scans() + "/all.e57'", 2, "would be read as a scan by the next run"},
       {in + " --out '" + out() + "' --pcd '" + scans() + "/s0.pcd'", 3, "s0.pcd: the folder cannot be created"},
       {"'" + scans() + "/s0.pcd' --out '" + out() + "'", 2, "two scans or more"},
       {"'" + out("missing") + "' --out '" + out() + "'", 3, "missing"},
@@ -865,6 +867,20 @@ TEST_F(MapProgram, oneRunAtATimeWorksInAFolder)
     EXPECT_THROW(apps::FolderLock{out()}, io::IoError);
   }
   EXPECT_EQ(run(words).code, 0);
+}
+
+TEST_F(MapProgram, whatKeepsScansApartIsNamed)
+{
+  // Far from where the scans are to each other, and a vertical that none of the turned scans has.
+  std::string poses;
+  for (int i = 0; i < 2; ++i)
+    poses += "s" + std::to_string(i) + ".pcd " + std::to_string(40 * i) + " 0 0 0 0 0 1\n";
+  io::writeFile(out("far.txt"), poses);
+  const std::string begin = "'" + scans() + "/s0.pcd' '" + scans() + "/s1.pcd' --out '";
+  EXPECT_THAT(run(begin + out("a") + "' --poses '" + out("far.txt") + "'").out,
+              HasSubstr("no other scan shares enough with it near its approximate pose"));
+  EXPECT_THAT(run(begin + out("b") + "' --gravity 0,0,1").out,
+              HasSubstr("no other scan shares enough with it by the given vertical"));
 }
 
 TEST_F(MapProgram, whatCountsForNothingIsSaid)

@@ -265,7 +265,7 @@ mapText(const MapOutput& output)
                        e.scans[i]->wrong ? " WRONG" : "");
     text += format("truth: %zu of %zu placed scans are wrong", e.wrong, e.placed);
     if (e.placed > 0)
-      text += format("; median %.1f mm (largest %.1f), %.3f deg (largest %.3f)\n"
+      text += format("; of the right ones median %.1f mm (largest %.1f), %.3f deg (largest %.3f)\n"
                      "truth: medians of pairs %.1f mm, chain %.1f mm, pose graph %.1f mm, joint %.1f mm; normalised "
                      "error squared %s",
                      1e3 * e.median_translation_m,

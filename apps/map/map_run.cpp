@@ -255,10 +255,25 @@ private:
       take("", inFolder(name));
     }
     take("", inFolder("map.sqlite"));
-    for (const auto& [option, path] : outputFiles(arguments_.clouds, files_))
+    for (const auto& [option, path] : outputFiles(arguments_.clouds, files_)) {
       take(option, path);
+      if (option != std::string("--pcd")) // those are marked, and not read again
+        requireNotAmongScans(option, path);
+    }
     if (writesJson())
       take("--json", arguments_.json);
+  }
+
+  /// A cloud in a folder of scans would be a scan of the next run.
+  void
+  requireNotAmongScans(const std::string& option, const std::string& path) const
+  {
+    const fs::path parent = fs::path(path).parent_path();
+    std::error_code error;
+    for (const std::string& input : arguments_.inputs)
+      if (fs::is_directory(input, error) && fs::equivalent(parent.empty() ? "." : parent, input, error))
+        throw UsageError(option + ": " + path + " would be read as a scan by the next run, as all clouds in " + input +
+                         " are; take another folder");
   }
 
   void

@@ -249,7 +249,10 @@ explainUnplaced(const MapInput& input, const std::vector<std::size_t>& sizes, Mu
           (!best || link.confidence > best->confidence))
         best = &link;
     if (!best || best->status == LinkStatus::None) {
-      scan.reason = "no other scan shares enough with it";
+      scan.reason = std::string("no other scan shares enough with it") +
+                    (input.priors[i]         ? " near its approximate pose (--poses, --pose-tolerance)"
+                     : input.options.gravity ? " by the given vertical (--gravity)"
+                                             : "");
       if (best && best->confidence > 0)
         scan.reason +=
             ": the likeliest is " +
