@@ -871,7 +871,7 @@ TEST_F(MapProgram, oneRunAtATimeWorksInAFolder)
 
 TEST_F(MapProgram, whatKeepsScansApartIsNamed)
 {
-  // Far from where the scans are to each other, and a vertical that none of the turned scans has.
+  // Far from where the scans are to each other, and a vertical that none of the rotated scans has.
   std::string poses;
   for (int i = 0; i < 2; ++i)
     poses += "s" + std::to_string(i) + ".pcd " + std::to_string(40 * i) + " 0 0 0 0 0 1\n";

@@ -7,11 +7,14 @@
 #include "common/parallel.h"
 #include "judgement/scored_pose.h"
 #include "multiway/scan_pair.h"
+#include "profiles/prepared_data.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <map>
+#include <string>
+#include <vector>
 
 namespace pcl_ssfr {
 
@@ -308,6 +311,35 @@ chainPoses(const ChosenMap& chosen)
   return poses;
 }
 
+/// Scans so large that their coordinates may be in another unit are noted.
+void
+noteUnits(const MapInput& input, MultiwayMap& map)
+{
+  std::vector<std::size_t> large;
+  for (std::size_t i = 0; i < map.scans.size(); ++i)
+    if (map.scans[i].usable && patchesOf(input.prepared[i]).scale > kUnlikelyScale)
+      large.push_back(i);
+  if (large.empty())
+    return;
+  const double radius = patchesOf(input.prepared[large.front()]).extent.radius;
+  map.notes.push_back(map.scans[large.front()].name + formatted(" reaches %.0f m", radius) +
+                      (large.size() > 1 ? formatted(", and %zu other scans reach as far", large.size() - 1) : "") +
+                      ": are coordinates in metres?");
+}
+
+/// Pins that count for nothing are noted: one scan holds the frame of a component.
+void
+noteIdlePins(const ChosenMap& chosen, MultiwayMap& map)
+{
+  const std::vector<int>& part = chosen.assembly.part;
+  const auto name = [&](int scan) { return map.scans[static_cast<std::size_t>(scan)].name; };
+  for (const int pinned : chosen.decisions.pinned)
+    for (const int holder : chosen.fixed)
+      if (holder != pinned && part[static_cast<std::size_t>(holder)] == part[static_cast<std::size_t>(pinned)])
+        map.notes.push_back(name(pinned) + " is pinned, but " + name(holder) +
+                            ", pinned before it, holds the frame of their component");
+}
+
 } // namespace
 
 void
@@ -332,6 +364,8 @@ describeMap(const ChosenMap& chosen, const MapInput& input, MultiwayMap& map)
   }
   closeLoops(chosen, map);
   explainUnplaced(input, sizes, map);
+  noteUnits(input, map);
+  noteIdlePins(chosen, map);
   const std::vector<Eigen::Isometry3d> chain = chainPoses(chosen);
   for (std::size_t i = 0; i < map.scans.size(); ++i) {
     map.graph_poses.push_back(frames[i] * chosen.graph_poses[i]);

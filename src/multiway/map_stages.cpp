@@ -14,7 +14,6 @@
 #include "multiway/rival_places.h"
 #include "multiway/same_place.h"
 #include "multiway/scan_pair.h"
-#include "profiles/prepared_data.h"
 
 #include <algorithm>
 #include <cmath>
@@ -66,8 +65,6 @@ public:
     const bool is_chosen_anew = chooseAnewInDoubt(placed);
     if (separateAlike(placed) || is_chosen_anew)
       adjustAnew(placed);
-    noteUnits();
-    noteIdlePins(placed.assembly);
     for (std::string& note : alike_.repeatedStations(placed.assembly))
       map_.notes.push_back(std::move(note));
     map_.stages.push_back(clock.lap("adjust", names_.size(), countParts(placed.assembly)));
@@ -277,36 +274,6 @@ private:
       map_.notes.push_back("the accepted link " + name(pair.first) + ", " + name(pair.second) + text +
                            (link->message.empty() ? "" : " (" + link->message + ")"));
     }
-  }
-
-  /// Scans so large that their coordinates may be in another unit are noted.
-  void
-  noteUnits() const
-  {
-    std::vector<std::size_t> large;
-    for (std::size_t i = 0; i < names_.size(); ++i)
-      if (map_.scans[i].usable && patchesOf(input_.prepared[i]).scale > kUnlikelyScale)
-        large.push_back(i);
-    if (large.empty())
-      return;
-    const double radius = patchesOf(input_.prepared[large.front()]).extent.radius;
-    map_.notes.push_back(
-        names_[large.front()] + " reaches " + std::to_string(std::lround(radius)) + " m" +
-        (large.size() > 1 ? ", and " + std::to_string(large.size() - 1) + " other scans reach as far" : "") +
-        ": are coordinates in metres?");
-  }
-
-  /// Pins that count for nothing are noted: one scan holds the frame of a component.
-  void
-  noteIdlePins(const Assembly& assembly) const
-  {
-    const std::vector<int> fixed = fixedScans(assembly);
-    for (const int pinned : input_.decisions.pinned)
-      for (const int holder : fixed)
-        if (holder != pinned &&
-            assembly.part[static_cast<std::size_t>(holder)] == assembly.part[static_cast<std::size_t>(pinned)])
-          map_.notes.push_back(name(pinned) + " is pinned, but " + name(holder) +
-                               ", pinned before it, holds the frame of their component");
   }
 
   static std::size_t
