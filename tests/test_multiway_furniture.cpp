@@ -57,7 +57,7 @@ room(const std::vector<Eigen::Vector2f>& boxes)
 const std::vector<Eigen::Vector2f> kHere = {{1.5F, -1}, {-1.9F, -1.2F}, {0.9F, 1.2F}};
 const std::vector<Eigen::Vector2f> kElsewhere = {{-1.7F, 0.9F}, {1.6F, 0.6F}, {-0.6F, -1.7F}};
 
-PlacementEvidence
+FurnitureEvidence
 evidenceOf(const PreparedScan& source, const PreparedScan& target, const Eigen::Isometry3d& T)
 {
   const MultiwayOptions options;
@@ -83,27 +83,27 @@ TEST(Furniture, isWhatIsOfNoLargePlane)
 
 TEST(Furniture, ofOneRoomIsNotSeenThrough)
 {
-  const PlacementEvidence e = evidenceOf(room(kHere), room(kHere), Eigen::Isometry3d::Identity());
+  const FurnitureEvidence e = evidenceOf(room(kHere), room(kHere), Eigen::Isometry3d::Identity());
   EXPECT_GT(e.in_view, 1);
   EXPECT_LE(e.seen_through, MultiwayOptions().furniture.seen_through * e.in_view);
 }
 
 TEST(Furniture, ofRoomsAlikeIsSeenThrough)
 {
-  const PlacementEvidence e = evidenceOf(room(kHere), room(kElsewhere), Eigen::Isometry3d::Identity());
+  const FurnitureEvidence e = evidenceOf(room(kHere), room(kElsewhere), Eigen::Isometry3d::Identity());
   EXPECT_GT(e.seen_through, 10 * MultiwayOptions().furniture.seen_through * e.in_view);
 }
 
 double
-logOddsOf(const PlacementEvidence& e)
+logOddsOf(const FurnitureEvidence& e)
 {
   return furnitureLogOdds(e, FurnitureConfig());
 }
 
-PlacementEvidence
+FurnitureEvidence
 furniture(double in_view, double seen_through)
 {
-  PlacementEvidence e;
+  FurnitureEvidence e;
   e.in_view = in_view;
   e.seen_through = seen_through;
   return e;
@@ -162,9 +162,9 @@ TEST(ShareOfPlacesAlike, isThatOfThePosesThatFurnitureSpeaksAgainst)
 {
   const FurnitureConfig config;
   EXPECT_EQ(shareOfPlacesAlike({}, config), 0);
-  EXPECT_LT(shareOfPlacesAlike(std::vector<PlacementEvidence>(3, furniture(0, 0)), config), 0.01); // nothing is known
+  EXPECT_LT(shareOfPlacesAlike(std::vector<FurnitureEvidence>(3, furniture(0, 0)), config), 0.01); // nothing is known
   EXPECT_LT(shareOfPlacesAlike({furniture(200, 30)}, config), config.least_false); // one pair is no building
-  std::vector<PlacementEvidence> pairs(60, furniture(200, 0));
+  std::vector<FurnitureEvidence> pairs(60, furniture(200, 0));
   EXPECT_LT(shareOfPlacesAlike(pairs, config), 0.05);
   pairs.insert(pairs.end(), 40, furniture(200, 30));
   EXPECT_NEAR(shareOfPlacesAlike(pairs, config), 0.4, 0.07); // some that see nothing through might be alike
@@ -177,7 +177,7 @@ TEST(Furniture, isTheSameSeenFromEitherScan)
   const PreparedScan a = room(kHere), b = room(kElsewhere);
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   T.translate(Eigen::Vector3d(0.3, -0.2, 0.1)).rotate(Eigen::AngleAxisd(0.2, Eigen::Vector3d::UnitZ()));
-  const PlacementEvidence there = evidenceOf(a, b, T), back = evidenceOf(b, a, T.inverse());
+  const FurnitureEvidence there = evidenceOf(a, b, T), back = evidenceOf(b, a, T.inverse());
   EXPECT_NEAR(there.in_view, back.in_view, 0.02 * there.in_view);
   EXPECT_NEAR(there.seen_through, back.seen_through, 0.05 * there.in_view);
 }

@@ -144,7 +144,7 @@ shareAlike(const std::vector<PreparedScan>& scans, const std::vector<Eigen::Isom
   std::vector<OrientedSamples> furniture;
   for (const PreparedScan& scan : scans)
     furniture.push_back(furnitureOf(scan, options.furniture));
-  std::vector<PlacementEvidence> evidence;
+  std::vector<FurnitureEvidence> evidence;
   for (std::size_t s = 0; s < scans.size(); ++s)
     for (std::size_t t = s + 1; t < scans.size(); ++t)
       evidence.push_back(

@@ -46,7 +46,7 @@ chooseOffset(std::size_t count, const std::function<Eigen::Vector3d(std::size_t)
 double
 floatStep(std::size_t count, const std::function<Eigen::Vector3d(std::size_t)>& point, const Eigen::Vector3d& offset)
 {
-  if (count < kScan)
+  if (count < kScan || offset.isZero())
     return 0;
   Eigen::Index axis = 0;
   const auto farthest = static_cast<float>(offset.cwiseAbs().maxCoeff(&axis));

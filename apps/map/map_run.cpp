@@ -223,7 +223,8 @@ private:
         std::count_if(poses.begin(), poses.end(), [](const auto& pose) { return pose.has_value(); }));
     if (known == 0)
       throw io::IoError(file + ": names none of the scans");
-    if (known < named.size()) // as of a larger map, or misspelt
+    // As of a larger map, or misspelt. In an E57 file each pose has the names of its scan, several.
+    if (known < named.size() && !io::isE57(file))
       std::cerr << "ssfr_map: " << file << ": " << named.size() - known << " of " << named.size()
                 << " poses are of no scan here\n";
     return poses;
@@ -268,12 +269,15 @@ private:
   void
   requireNotAmongScans(const std::string& option, const std::string& path) const
   {
-    const fs::path parent = fs::path(path).parent_path();
-    std::error_code error;
-    for (const std::string& input : arguments_.inputs)
-      if (fs::is_directory(input, error) && fs::equivalent(parent.empty() ? "." : parent, input, error))
-        throw UsageError(option + ": " + path + " would be read as a scan by the next run, as all clouds in " + input +
-                         " are; take another folder");
+    const fs::path parent = fs::path(path).has_parent_path() ? fs::path(path).parent_path() : ".";
+    const auto& inputs = arguments_.inputs;
+    const auto input = std::find_if(inputs.begin(), inputs.end(), [&](const std::string& folder) {
+      std::error_code error;
+      return fs::is_directory(folder, error) && fs::equivalent(parent, folder, error);
+    });
+    if (input != inputs.end())
+      throw UsageError(option + ": " + path + " would be read as a scan by the next run, as all clouds in " + *input +
+                       " are; take another folder");
   }
 
   void

@@ -103,6 +103,7 @@ collectEvidence(const OrientedSamples& samples,
       else if (range < options.hidden_ratio * image->farthest(cell) + options.hidden_margin) {
         evidence.unmatched += weight;
         evidence.patches.unmatched += vote;
+        evidence.facing.unmatched += facing_vote;
       }
     }
   }

@@ -53,8 +53,8 @@ struct SurfaceEvidence {
   /// Sum of weight n n^T in the target frame over the matched surface.
   Eigen::Matrix3d matched_normals = Eigen::Matrix3d::Zero();
   WeightedEvidence patches;
-  /// The same of the samples that face their own sensor (kMinFacing), but for what is unmatched; of these contradict
-  /// only those that face the other sensor too: what is seen edge-on is easily missed.
+  /// The same of the samples that face their own sensor (kMinFacing); of these contradict only those that face the
+  /// other sensor too: what is seen edge-on is easily missed.
   WeightedEvidence facing;
   double clutter = 0; ///< points that fit no plane and lie at the depth that was seen; see countAtDepth()
 

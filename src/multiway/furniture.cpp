@@ -43,7 +43,7 @@ isWalled(const PreparedScan& scan, const OrientedSamples& furniture)
 }
 
 double
-furnitureLogOdds(const PlacementEvidence& pair, const FurnitureConfig& config)
+furnitureLogOdds(const FurnitureEvidence& pair, const FurnitureConfig& config)
 {
   const double v = pair.in_view;
   const double n = std::clamp(pair.seen_through, 0.0, v);
@@ -51,12 +51,12 @@ furnitureLogOdds(const PlacementEvidence& pair, const FurnitureConfig& config)
 }
 
 double
-shareOfPlacesAlike(const std::vector<PlacementEvidence>& pairs, const FurnitureConfig& config)
+shareOfPlacesAlike(const std::vector<FurnitureEvidence>& pairs, const FurnitureConfig& config)
 {
   double share = 0.5;
   for (int round = 0; round < kShareRounds; ++round) {
     double alike = 0;
-    for (const PlacementEvidence& pair : pairs)
+    for (const FurnitureEvidence& pair : pairs)
       alike += share / (share + std::exp(furnitureLogOdds(pair, config)) * (1 - share));
     share = alike / (kPairsBefore + static_cast<double>(pairs.size()));
   }

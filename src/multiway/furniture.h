@@ -30,16 +30,16 @@ isWalled(const PreparedScan& scan, const OrientedSamples& furniture);
  *
  * Of each kind of pair the share of it is taken for a draw from a beta distribution with its mode at none: of the
  * patches in view, each is seen through with that share.
- * \param[in] pair PlacementEvidence::in_view and seen_through of furniture; of nothing in view nothing is known: 0
+ * \param[in] pair of nothing in view nothing is known: 0
  */
 double
-furnitureLogOdds(const PlacementEvidence& pair, const FurnitureConfig& config);
+furnitureLogOdds(const FurnitureEvidence& pair, const FurnitureConfig& config);
 
 /** \brief The share of poses that are of places alike, by the furniture that is seen through: by expectation and
  * maximisation, some right poses added.
  * \return [0, 1); 0 of no poses
  */
 double
-shareOfPlacesAlike(const std::vector<PlacementEvidence>& pairs, const FurnitureConfig& config);
+shareOfPlacesAlike(const std::vector<FurnitureEvidence>& pairs, const FurnitureConfig& config);
 
 } // namespace pcl_ssfr

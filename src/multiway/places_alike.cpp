@@ -72,7 +72,7 @@ PlacesAlike::findFurniture(const HypothesisGraph& graph)
     if (w.prior >= input_.options.choice.sure && !isDecided({link.source, link.target}))
       sure.push_back({link.source, link.target, link.hypotheses[w.rank].T_target_source});
   }
-  std::vector<PlacementEvidence> evidence(sure.size());
+  std::vector<FurnitureEvidence> evidence(sure.size());
   forEachInParallel(static_cast<std::int64_t>(sure.size()), 1, threads, [&](std::int64_t index) {
     const auto k = static_cast<std::size_t>(index);
     evidence[k] = furniture(sure[k].source, sure[k].target, sure[k].T_target_source);
@@ -81,7 +81,7 @@ PlacesAlike::findFurniture(const HypothesisGraph& graph)
     const auto i = static_cast<std::size_t>(scan);
     return isWalled(input_.prepared[i], furniture_[i]);
   };
-  std::vector<PlacementEvidence> walled;
+  std::vector<FurnitureEvidence> walled;
   for (std::size_t k = 0; k < sure.size(); ++k)
     if (isOfWalled(sure[k].source) && isOfWalled(sure[k].target))
       walled.push_back(evidence[k]);
@@ -90,7 +90,7 @@ PlacesAlike::findFurniture(const HypothesisGraph& graph)
   return findings;
 }
 
-PlacementEvidence
+FurnitureEvidence
 PlacesAlike::furniture(int source, int target, const Eigen::Isometry3d& T_target_source) const
 {
   const auto s = static_cast<std::size_t>(source), t = static_cast<std::size_t>(target);
@@ -109,7 +109,7 @@ PlacesAlike::samePlaceLogOdds(const PlacedPair& pair) const
   const Eigen::Vector3d& other = places_[static_cast<std::size_t>(pair.target)];
   const ChoiceConfig& choice = input_.options.choice;
   const bool is_one_station = (pair.T_target_source * place - other).norm() < choice.same_translation;
-  const PlacementEvidence e = furniture(pair.source, pair.target, pair.T_target_source);
+  const FurnitureEvidence e = furniture(pair.source, pair.target, pair.T_target_source);
   return furnitureLogOdds(e, input_.options.furniture) - (is_one_station ? std::log(choice.clear_odds) : 0);
 }
 

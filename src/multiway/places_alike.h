@@ -92,7 +92,7 @@ private:
   /// Of AliasConfig::least_scans scans and more.
   Piles
   pilesOf(const Assembly& assembly, const std::vector<int>& members, SeenInPile seen) const;
-  PlacementEvidence
+  FurnitureEvidence
   furniture(int source, int target, const Eigen::Isometry3d& T_target_source) const;
   /// Parts of at least so many scans that are not decided.
   std::vector<std::vector<int>>

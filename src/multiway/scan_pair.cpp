@@ -231,7 +231,7 @@ evidenceAt(const PreparedScan& source,
   return evidence;
 }
 
-PlacementEvidence
+FurnitureEvidence
 furnitureAt(const PreparedScan& source,
             const OrientedSamples& source_furniture,
             const PreparedScan& target,
@@ -250,10 +250,7 @@ furnitureAt(const PreparedScan& source,
   const Eigen::Isometry3d T = pair.toInner(T_target_source);
   SurfaceEvidence both = collectEvidence(source_furniture, t.index, t.freeSpace(), T, tolerances);
   both += collectEvidence(target_furniture, s.index, s.freeSpace(), T.inverse(), tolerances);
-  PlacementEvidence evidence;
-  evidence.in_view = both.patches.visible();
-  evidence.seen_through = both.patches.contradicted;
-  return evidence;
+  return {both.patches.visible(), both.patches.contradicted};
 }
 
 SurfaceEquations

@@ -56,9 +56,6 @@ struct PlacementEvidence {
   double matched = 0;
   double contradicted = 0;
   double overlap = 0; ///< share of the surface that meets, [0, 1]
-  // Set by furnitureAt() alone, and not added up:
-  double in_view = 0;      ///< what meets, or is where the other sensor saw
-  double seen_through = 0; ///< of that: what hangs in front of what it saw through
 
   PlacementEvidence&
   operator+=(const PlacementEvidence& other)
@@ -94,7 +91,7 @@ contradictionWeight(const MultiwayOptions& options);
 double
 scoreOf(const PlacementEvidence& evidence, double contradiction_weight);
 
-/** \brief What the surfaces of two scans say of a pose; what furnitureAt() sets is zero.
+/** \brief What the surfaces of two scans say of a pose.
  * \param[in] looseness factor on matching distances and margins, >= 1: 1 where poses are exact
  */
 PlacementEvidence
@@ -104,11 +101,16 @@ evidenceAt(const PreparedScan& source,
            const MultiwayOptions& options,
            double looseness);
 
+/// What becomes of furniture in another scan, whichever way it faces, each patch weighted as in PlacementEvidence.
+struct FurnitureEvidence {
+  double in_view = 0;      ///< what meets, or is where the other sensor saw
+  double seen_through = 0; ///< of that: what hangs in front of what it saw through
+};
+
 /** \brief What becomes of the furniture of two scans in each other, with narrower margins of free space.
  * \param[in] source_furniture,target_furniture furnitureOf() the scans
- * \return what is in view and seen through, whichever way it faces; all else is zero
  */
-PlacementEvidence
+FurnitureEvidence
 furnitureAt(const PreparedScan& source,
             const OrientedSamples& source_furniture,
             const PreparedScan& target,

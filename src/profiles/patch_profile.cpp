@@ -72,10 +72,10 @@ findProblem(const PatchPair& pair, const HypothesisSource& source)
                             name + " has " + std::to_string(scan->extent.finite_points) + " finite points, at least " +
                                 std::to_string(least) + " are needed");
     // What is left of the shape is the lattice of the steps, and lattices match.
-    if (coordinateStep(scan->extent) > pair.config().judgement.evidence.match) {
+    if (const double step = coordinateStep(scan->extent); step > pair.config().judgement.evidence.match) {
       std::ostringstream text;
       text << name << " lies " << std::llround(scan->extent.median.cwiseAbs().maxCoeff())
-           << " m from the origin of its frame, where float coordinates have steps of " << coordinateStep(scan->extent)
+           << " m from the origin of its frame, where float coordinates have steps of " << step
            << " m: take an offset off before they become floats";
       return std::make_pair(Status::InvalidInput, text.str());
     }
@@ -157,20 +157,13 @@ conclude(Result result, const PatchPair& pair, const HypothesisSource& source, c
   return withStatus(std::move(result), decision.status, decision.message);
 }
 
-/// registerPatchScans(), but for what speaks of the unit.
+/// The whole search, from the first rotations to the decision. \param[in] guess T_target_source of the inner frames
 Result
-searchPose(const PatchScan& source,
-           const PatchScan& target,
-           const Options& options,
-           const Eigen::Isometry3d* guess,
-           const Deadline& deadline,
-           SearchTrace* trace)
+searchPose(const PatchPair& pair, const std::optional<Eigen::Isometry3d>& guess, SearchTrace* trace)
 {
-  const PatchPair pair(source, target, options, guess, deadline);
-  Result result = describeScans(source, target);
+  Result result = describeScans(pair.source(), pair.target());
   StageLog stages(result.stages);
-  HypothesisSource hypotheses(
-      pair, guess ? std::optional<Eigen::Isometry3d>(pair.toInner(*guess)) : std::nullopt, stages, trace);
+  HypothesisSource hypotheses(pair, guess, stages, trace);
   if (const auto problem = findProblem(pair, hypotheses))
     return withStatus(std::move(result), problem->first, problem->second);
 
@@ -201,16 +194,14 @@ unitText(const PatchScan& source, const PatchScan& target, bool is_accepted)
 {
   const bool is_source = source.extent.radius > target.extent.radius;
   const PatchScan& larger = is_source ? source : target;
-  const double smaller_radius = is_source ? target.extent.radius : source.extent.radius;
-  std::ostringstream text;
-  text << "; the " << (is_source ? "source" : "target") << " scan reaches ";
+  const double radius = larger.extent.radius, other = (is_source ? target : source).extent.radius;
+  const std::string reaches = std::string("; the ") + (is_source ? "source" : "target") + " scan reaches ";
   if (larger.scale > kUnlikelyScale)
-    text << std::lround(larger.extent.radius) << " m: are its coordinates in metres?";
-  else if (!is_accepted && smaller_radius > 0 && larger.extent.radius > kUnlikelyScale * smaller_radius)
-    text << std::lround(larger.extent.radius / smaller_radius) << " times as far as the other one: are both in metres?";
-  else
-    return "";
-  return text.str();
+    return reaches + std::to_string(std::lround(radius)) + " m: are its coordinates in metres?";
+  if (!is_accepted && other > 0 && radius > kUnlikelyScale * other)
+    return reaches + std::to_string(std::lround(radius / other)) +
+           " times as far as the other one: are both in metres?";
+  return "";
 }
 
 } // namespace
@@ -242,7 +233,9 @@ registerPatchScans(const PatchScan& source,
                    const Deadline& deadline,
                    SearchTrace* trace)
 {
-  Result result = searchPose(source, target, options, guess, deadline, trace);
+  const PatchPair pair(source, target, options, guess, deadline);
+  Result result =
+      searchPose(pair, guess ? std::optional<Eigen::Isometry3d>(pair.toInner(*guess)) : std::nullopt, trace);
   result.message += unitText(source, target, result.accepted());
   return result;
 }
