@@ -5,6 +5,7 @@
 
 #include "multiway/furniture.h"
 #include "multiway/scan_pair.h"
+#include "profiles/prepared_data.h"
 
 #include <gtest/gtest.h>
 
@@ -28,8 +29,8 @@ addRectangle(Points& points, const Eigen::Vector3f& corner, const Eigen::Vector3
 }
 
 /// A room of 6 x 5 x 2.6 m about its sensor, with a box of 0.5 m at each place [m] on the floor.
-PreparedScan
-room(const std::vector<Eigen::Vector2f>& boxes)
+Points
+roomPoints(const std::vector<Eigen::Vector2f>& boxes)
 {
   Points points;
   const Eigen::Vector3f x(6, 0, 0), y(0, 5, 0), z(0, 0, 2.6F), corner(-3.1F, -2.3F, -1.5F);
@@ -48,10 +49,22 @@ room(const std::vector<Eigen::Vector2f>& boxes)
     addRectangle(points, at, b, c);
     addRectangle(points, at + a, b, c);
   }
+  return points;
+}
+
+PreparedScan
+prepared(const Points& points)
+{
   ScanView view;
   view.xyz = points.front().data();
   view.size = points.size();
   return prepareScan(view, Options());
+}
+
+PreparedScan
+room(const std::vector<Eigen::Vector2f>& boxes)
+{
+  return prepared(roomPoints(boxes));
 }
 
 const std::vector<Eigen::Vector2f> kHere = {{1.5F, -1}, {-1.9F, -1.2F}, {0.9F, 1.2F}};
@@ -61,24 +74,85 @@ FurnitureEvidence
 evidenceOf(const PreparedScan& source, const PreparedScan& target, const Eigen::Isometry3d& T)
 {
   const MultiwayOptions options;
-  return furnitureAt(
-      source, furnitureOf(source, options.furniture), target, furnitureOf(target, options.furniture), T, options);
+  return furnitureAt(source, furnitureOf(source, options), target, furnitureOf(target, options), T, options);
 }
 
 TEST(Furniture, isWhatIsOfNoLargePlane)
 {
-  const FurnitureConfig config;
-  EXPECT_LT(furnitureOf(room({}), config).weights.sum(), 0.02 * 2 * (6 * 5 + 6 * 2.6 + 5 * 2.6)); // but for corners
-  const OrientedSamples boxes = furnitureOf(room(kHere), config);
+  MultiwayOptions options;
+  EXPECT_LT(furnitureOf(room({}), options).patches.weights.sum(),
+            0.02 * 2 * (6 * 5 + 6 * 2.6 + 5 * 2.6)); // but for corners
+  const OrientedSamples boxes = furnitureOf(room(kHere), options).patches;
   ASSERT_GT(boxes.size(), 3);
   // Boxes of 0.5 m: all of it is near the floor, and no more than their faces.
   EXPECT_LT(boxes.weights.sum(), 3 * 5 * 0.25 * 1.3);
-  FurnitureConfig all;
-  all.most_area = 1000;
-  EXPECT_GT(furnitureOf(room(kHere), all).size(), boxes.size());
-  FurnitureConfig none;
-  none.most_area = 1e-6;
-  EXPECT_EQ(furnitureOf(room(kHere), none).size(), 0);
+  options.furniture.most_area = 1000;
+  EXPECT_GT(furnitureOf(room(kHere), options).patches.size(), boxes.size());
+  options.furniture.most_area = 1e-6;
+  EXPECT_EQ(furnitureOf(room(kHere), options).patches.size(), 0);
+}
+
+const Eigen::Vector3f kPlant(0.5F, 0.4F, -0.3F);
+
+/// Points on a ball of 0.15 m, no plane anywhere, in place of what the sensor would see behind it.
+void
+addPlant(Points& points)
+{
+  constexpr float kRadius = 0.15F;
+  constexpr int kLeaves = 60;
+  const auto isBehind = [&](const Eigen::Vector3f& p) {
+    return p.dot(kPlant) > 0 && kPlant.cross(p.normalized()).norm() < 1.3F * kRadius;
+  };
+  points.erase(std::remove_if(points.begin(), points.end(), isBehind), points.end());
+  for (int k = 0; k < kLeaves; ++k) { // a spiral from pole to pole
+    const float z = -1 + (2 * static_cast<float>(k) + 1) / kLeaves, angle = 2.4F * static_cast<float>(k);
+    const float r = std::sqrt(1 - z * z);
+    points.push_back(kPlant + kRadius * Eigen::Vector3f(r * std::cos(angle), r * std::sin(angle), z));
+  }
+}
+
+/// How many of some points, in the inner frame of a scan, lie within 0.3 m of a place in its own.
+Eigen::Index
+countNear(const Eigen::Matrix3Xf& points, const PreparedScan& scan, const Eigen::Vector3f& place)
+{
+  const Eigen::Vector3f inner = place - patchesOf(scan).origin.cast<float>();
+  return ((points.colwise() - inner).colwise().norm().array() < 0.3F).count();
+}
+
+TEST(SolidClutter, isWhatFitsNoPlaneAndIsNotSeenThroughByItsOwnSensor)
+{
+  // Twigs a metre before a wall, which the beams beside them reach.
+  const Eigen::Vector3f twigs(1.9F, -1, 0.2F);
+  Points points = roomPoints({});
+  addPlant(points);
+  for (int k = 0; k < 4; ++k)
+    points.push_back(twigs + 0.04F * static_cast<float>(k) * Eigen::Vector3f(0.3F, 1, k % 2 == 0 ? 1.F : -1.F));
+  const PreparedScan scan = prepared(points);
+  ASSERT_GT(countNear(patchesOf(scan).clutter, scan, twigs), 0);
+  const Eigen::Matrix3Xf solid = solidClutter(scan, MultiwayOptions());
+  EXPECT_GT(countNear(solid, scan, kPlant), 3);
+  EXPECT_EQ(countNear(solid, scan, twigs), 0);
+}
+
+TEST(Furniture, ofNoPlaneCountsAsAPatchOfItsCell)
+{
+  Points points = roomPoints({});
+  addPlant(points);
+  const PreparedScan bare = room({}), planted = prepared(points);
+  const MultiwayOptions options;
+  const Furniture nothing, plant = {OrientedSamples(), solidClutter(planted, options)};
+  const auto near = static_cast<double>(countNear(plant.points, planted, kPlant));
+  ASSERT_GT(near, 3);
+  const Eigen::Isometry3d here = Eigen::Isometry3d::Identity();
+  const double weight = std::sqrt(0.2); // of a square of 0.2 m: the fourth root of its area
+  const FurnitureEvidence missed = furnitureAt(planted, plant, bare, nothing, here, options);
+  EXPECT_NEAR(missed.seen_through, weight * near, 1e-9); // the bare room has nothing there
+  EXPECT_GE(missed.in_view, missed.seen_through);
+  const FurnitureEvidence back = furnitureAt(bare, nothing, planted, plant, here, options);
+  EXPECT_NEAR(back.seen_through, missed.seen_through, 1e-9);
+  const FurnitureEvidence met = furnitureAt(planted, plant, planted, nothing, here, options);
+  EXPECT_EQ(met.seen_through, 0);
+  EXPECT_GE(met.in_view, weight * near - 1e-9);
 }
 
 TEST(Furniture, ofOneRoomIsNotSeenThrough)
@@ -158,6 +232,17 @@ TEST(FurnitureLogOdds, growSlowlyWithWhatIsInViewAndFallFastWithWhatIsSeenThroug
   EXPECT_EQ(furnitureLogOdds(furniture(40, 50), config), before); // no more than is in view
 }
 
+TEST(LogOddsAmongMany, countThoseForOnePlaceLessThanThoseAgainst)
+{
+  FurnitureConfig config;
+  config.agreement = 0.25;
+  const FurnitureEvidence met = furniture(100, 0), missed = furniture(100, 20);
+  ASSERT_GT(logOddsOf(met), 1);
+  ASSERT_LT(logOddsOf(missed), -1);
+  EXPECT_DOUBLE_EQ(logOddsAmongMany(met, config), 0.25 * logOddsOf(met));
+  EXPECT_DOUBLE_EQ(logOddsAmongMany(missed, config), logOddsOf(missed));
+}
+
 TEST(ShareOfPlacesAlike, isThatOfThePosesThatFurnitureSpeaksAgainst)
 {
   const FurnitureConfig config;
@@ -196,7 +281,9 @@ TEST(Furniture, ofAScanWithoutPointsIsNone)
   ScanView view;
   view.xyz = point.data();
   view.size = 1;
-  EXPECT_EQ(furnitureOf(prepareScan(view, Options()), FurnitureConfig()).size(), 0);
+  const Furniture furniture = furnitureOf(prepareScan(view, Options()), MultiwayOptions());
+  EXPECT_EQ(furniture.patches.size(), 0);
+  EXPECT_EQ(furniture.points.cols(), 0);
 }
 
 } // namespace

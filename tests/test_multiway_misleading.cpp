@@ -141,9 +141,9 @@ double
 shareAlike(const std::vector<PreparedScan>& scans, const std::vector<Eigen::Isometry3d>& poses)
 {
   const MultiwayOptions options;
-  std::vector<OrientedSamples> furniture;
+  std::vector<Furniture> furniture;
   for (const PreparedScan& scan : scans)
-    furniture.push_back(furnitureOf(scan, options.furniture));
+    furniture.push_back(furnitureOf(scan, options));
   std::vector<FurnitureEvidence> evidence;
   for (std::size_t s = 0; s < scans.size(); ++s)
     for (std::size_t t = s + 1; t < scans.size(); ++t)

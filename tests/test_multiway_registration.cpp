@@ -899,6 +899,9 @@ TEST(Multiway, whatCannotBeDoneIsSaid)
     EXPECT_THAT(problem([&] { MultiwayRegistration bad(options); }), HasSubstr(" = -0.1"));
   }
   options = MultiwayOptions();
+  options.furniture.agreement = 1.5;
+  EXPECT_THAT(problem([&] { MultiwayRegistration bad(options); }), HasSubstr("furniture.agreement = 1.5"));
+  options = MultiwayOptions();
   options.gravity = Eigen::Vector3d::Zero();
   EXPECT_THAT(problem([&] { MultiwayRegistration bad(options); }), HasSubstr("gravity"));
 }

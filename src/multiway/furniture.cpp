@@ -15,7 +15,7 @@ namespace pcl_ssfr {
 namespace {
 
 constexpr int kShareRounds = 30;
-constexpr double kPairsBefore = 3; // right ones, before any was seen: a small job has few
+constexpr double kPairsBefore = 5; // right ones, before any was seen: a small job has few
 
 /// std::lgamma() leaves the sign in a variable of all threads.
 double
@@ -37,9 +37,9 @@ logProbability(double n, double v, double mean)
 } // namespace
 
 bool
-isWalled(const PreparedScan& scan, const OrientedSamples& furniture)
+isWalled(const PreparedScan& scan, const Furniture& furniture)
 {
-  return 2 * furniture.size() < patchesOf(scan).patches.samples.size();
+  return 2 * furniture.patches.size() < patchesOf(scan).patches.samples.size();
 }
 
 double
@@ -48,6 +48,13 @@ furnitureLogOdds(const FurnitureEvidence& pair, const FurnitureConfig& config)
   const double v = pair.in_view;
   const double n = std::clamp(pair.seen_through, 0.0, v);
   return logProbability(n, v, config.seen_through) - logProbability(n, v, config.seen_through_alike);
+}
+
+double
+logOddsAmongMany(const FurnitureEvidence& pair, const FurnitureConfig& config)
+{
+  const double odds = furnitureLogOdds(pair, config);
+  return odds > 0 ? config.agreement * odds : odds;
 }
 
 double
@@ -63,9 +70,10 @@ shareOfPlacesAlike(const std::vector<FurnitureEvidence>& pairs, const FurnitureC
   return share;
 }
 
-OrientedSamples
-furnitureOf(const PreparedScan& scan, const FurnitureConfig& config)
+Furniture
+furnitureOf(const PreparedScan& scan, const MultiwayOptions& options)
 {
+  const FurnitureConfig& config = options.furniture;
   const PatchScan& patches = patchesOf(scan);
   const OrientedSamples& all = patches.patches.samples;
   const double scale = patches.scale;
@@ -83,7 +91,7 @@ furnitureOf(const PreparedScan& scan, const FurnitureConfig& config)
     if (plane < most_area)
       furniture.push_back(i);
   }
-  return selectPatches(patches.patches, furniture).samples;
+  return {selectPatches(patches.patches, furniture).samples, solidClutter(scan, options)};
 }
 
 } // namespace pcl_ssfr

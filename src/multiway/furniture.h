@@ -13,18 +13,18 @@
 
 namespace pcl_ssfr {
 
-/** \brief The patches of a scan that are of no large plane: furniture, frames, machines.
+/** \brief The patches of a scan that are of no large plane, and solidClutter(): furniture, frames, machines.
  *
  * Places that look alike have walls, floors and ceilings in common, and differ in these. The time grows with the square
- * of the patches (some milliseconds a scan). \return none of a scan that has no patches
+ * of the patches (some milliseconds a scan). \return nothing of a scan that has no points
  */
-OrientedSamples
-furnitureOf(const PreparedScan& scan, const FurnitureConfig& config);
+Furniture
+furnitureOf(const PreparedScan& scan, const MultiwayOptions& options);
 
 /// Whether less than half of the patches of a scan are furniture: elsewhere much of it is leaves, which are seen
 /// through from anywhere. \return false of a scan that has no patches
 bool
-isWalled(const PreparedScan& scan, const OrientedSamples& furniture);
+isWalled(const PreparedScan& scan, const Furniture& furniture);
 
 /** \brief Log odds that two scans show one place and not two places alike, by the furniture that is seen through.
  *
@@ -34,6 +34,10 @@ isWalled(const PreparedScan& scan, const OrientedSamples& furniture);
  */
 double
 furnitureLogOdds(const FurnitureEvidence& pair, const FurnitureConfig& config);
+
+/// furnitureLogOdds() of a pair as one of many that see the same place: those for it count FurnitureConfig::agreement.
+double
+logOddsAmongMany(const FurnitureEvidence& pair, const FurnitureConfig& config);
 
 /** \brief The share of poses that are of places alike, by the furniture that is seen through: by expectation and
  * maximisation, some right poses added.

@@ -92,6 +92,8 @@ validate(const MultiwayOptions& options)
                 "furniture.seen_through_alike",
                 furniture.seen_through_alike,
                 "be more than furniture.seen_through");
+  requireOption(
+      furniture.agreement >= 0 && furniture.agreement <= 1, "furniture.agreement", furniture.agreement, "be in [0, 1]");
   requireShare("furniture.least_false", furniture.least_false);
   const AdjustmentConfig& adjustment = options.adjustment;
   requireOption(adjustment.rounds >= 1, "adjustment.rounds", static_cast<double>(adjustment.rounds), "be 1 or more");

@@ -64,7 +64,7 @@ PlacesAlike::findFurniture(const HypothesisGraph& graph)
   forEachInParallel(static_cast<std::int64_t>(furniture_.size()), 1, threads, [&](std::int64_t index) {
     const auto i = static_cast<std::size_t>(index);
     if (map_.scans[i].usable)
-      furniture_[i] = furnitureOf(input_.prepared[i], config);
+      furniture_[i] = furnitureOf(input_.prepared[i], input_.options);
   });
   std::vector<PlacedPair> sure;
   for (const WeighedHypothesis& w : graph.hypotheses) {
@@ -110,7 +110,7 @@ PlacesAlike::samePlaceLogOdds(const PlacedPair& pair) const
   const ChoiceConfig& choice = input_.options.choice;
   const bool is_one_station = (pair.T_target_source * place - other).norm() < choice.same_translation;
   const FurnitureEvidence e = furniture(pair.source, pair.target, pair.T_target_source);
-  return furnitureLogOdds(e, input_.options.furniture) - (is_one_station ? std::log(choice.clear_odds) : 0);
+  return logOddsAmongMany(e, input_.options.furniture) - (is_one_station ? std::log(choice.clear_odds) : 0);
 }
 
 bool

@@ -59,7 +59,7 @@ public:
   FurnitureFindings
   findFurniture(const HypothesisGraph& graph);
 
-  /** \brief Log odds that two scans at a pose show one place, not two that look alike: furnitureLogOdds(), less those
+  /** \brief Log odds that two scans at a pose show one place, not two that look alike: logOddsAmongMany(), less those
    * of ChoiceConfig::clear_odds within ChoiceConfig::same_translation. Of scans that a person tied to each other those
    * are the odds.
    *
@@ -112,7 +112,7 @@ private:
   const std::vector<Eigen::Vector3d>& places_;
   PlacedEvidence& evidence_;
   std::vector<int> tied_;
-  std::vector<OrientedSamples> furniture_; ///< of each scan; empty before findFurniture()
+  std::vector<Furniture> furniture_; ///< of each scan; empty before findFurniture()
 };
 
 } // namespace pcl_ssfr

@@ -73,6 +73,43 @@ polished(const PatchPair& pair, const Candidate& candidate)
   return hypothesis;
 }
 
+/// Whether a range is beyond another one by more than both may err.
+bool
+isBeyond(float range, float other, const VisibilityOptions& tolerances)
+{
+  return range > tolerances.hidden_ratio * other + tolerances.hidden_margin;
+}
+
+/// Of a patch that fills a finest cell, of the usual leaf; see WeightedEvidence.
+double
+weightOfPoint(const PreparedScan& scan)
+{
+  const Options& options = scan.data().options;
+  const PreparationConfig& config = options.patch_profile.preparation;
+  return std::sqrt(std::ldexp(config.leaf * scaleOf(scan), config.patches.finest_level));
+}
+
+/// Add what the sensor of \p image, where there is one, sees of points that T lays into its frame.
+void
+addPoints(const Eigen::Matrix3Xf& points,
+          double weight,
+          const RangeImage* image,
+          const Eigen::Isometry3d& T,
+          const VisibilityOptions& tolerances,
+          FurnitureEvidence& evidence)
+{
+  const Eigen::Isometry3f T_image = T.cast<float>();
+  for (Eigen::Index i = 0; image && i < points.cols(); ++i) {
+    const Eigen::Vector3f ray = T_image * points.col(i) - image->viewpoint();
+    const std::size_t cell = image->cell(ray);
+    const float range = ray.norm(), free = image->freeRange(cell); // 0: nothing was seen there
+    if (free == 0 || isBeyond(range, image->farthest(cell), tolerances))
+      continue;
+    evidence.in_view += weight;
+    evidence.seen_through += range < tolerances.free_ratio * free - tolerances.free_margin ? weight : 0;
+  }
+}
+
 } // namespace
 
 Options
@@ -231,11 +268,28 @@ evidenceAt(const PreparedScan& source,
   return evidence;
 }
 
+Eigen::Matrix3Xf
+solidClutter(const PreparedScan& scan, const MultiwayOptions& options)
+{
+  const OptionedPair itself(scan, scan, options);
+  const VisibilityOptions tolerances = itself.pair.fineTolerances();
+  const PatchScan& patches = itself.pair.source();
+  const RangeImage* image = patches.freeSpace();
+  Eigen::Matrix3Xf solid(3, patches.clutter.cols());
+  Eigen::Index count = 0;
+  for (Eigen::Index i = 0; image && i < patches.clutter.cols(); ++i) {
+    const Eigen::Vector3f ray = patches.clutter.col(i) - image->viewpoint();
+    if (!isBeyond(image->farthest(image->cell(ray)), ray.norm(), tolerances))
+      solid.col(count++) = patches.clutter.col(i);
+  }
+  return solid.leftCols(count);
+}
+
 FurnitureEvidence
 furnitureAt(const PreparedScan& source,
-            const OrientedSamples& source_furniture,
+            const Furniture& source_furniture,
             const PreparedScan& target,
-            const OrientedSamples& target_furniture,
+            const Furniture& target_furniture,
             const Eigen::Isometry3d& T_target_source,
             const MultiwayOptions& options)
 {
@@ -248,9 +302,13 @@ furnitureAt(const PreparedScan& source,
   const PatchScan& s = pair.source();
   const PatchScan& t = pair.target();
   const Eigen::Isometry3d T = pair.toInner(T_target_source);
-  SurfaceEvidence both = collectEvidence(source_furniture, t.index, t.freeSpace(), T, tolerances);
-  both += collectEvidence(target_furniture, s.index, s.freeSpace(), T.inverse(), tolerances);
-  return {both.patches.visible(), both.patches.contradicted};
+  const Eigen::Isometry3d T_back = T.inverse();
+  SurfaceEvidence both = collectEvidence(source_furniture.patches, t.index, t.freeSpace(), T, tolerances);
+  both += collectEvidence(target_furniture.patches, s.index, s.freeSpace(), T_back, tolerances);
+  FurnitureEvidence evidence{both.patches.visible(), both.patches.contradicted};
+  addPoints(source_furniture.points, weightOfPoint(source), t.freeSpace(), T, tolerances, evidence);
+  addPoints(target_furniture.points, weightOfPoint(target), s.freeSpace(), T_back, tolerances, evidence);
+  return evidence;
 }
 
 SurfaceEquations

@@ -101,7 +101,21 @@ evidenceAt(const PreparedScan& source,
            const MultiwayOptions& options,
            double looseness);
 
-/// What becomes of furniture in another scan, whichever way it faces, each patch weighted as in PlacementEvidence.
+/// What distinguishes places that look alike, in the inner frame of a scan.
+struct Furniture {
+  OrientedSamples patches; ///< of no large plane
+  Eigen::Matrix3Xf points; ///< that fit no plane, each of a finest cell of patches, 3 x N [m]
+};
+
+/** \brief The points of a scan that fit no plane (PatchScan::clutter) and behind which its own sensor sees nothing:
+ * what it sees through itself, as leaves, another one may see through too. \return 3 x N [m]; none where the place of
+ * the sensor is not known
+ */
+Eigen::Matrix3Xf
+solidClutter(const PreparedScan& scan, const MultiwayOptions& options);
+
+/// What becomes of furniture in another scan, whichever way it faces, each patch weighted as in PlacementEvidence, each
+/// point as a patch that fills a finest cell.
 struct FurnitureEvidence {
   double in_view = 0;      ///< what meets, or is where the other sensor saw
   double seen_through = 0; ///< of that: what hangs in front of what it saw through
@@ -112,9 +126,9 @@ struct FurnitureEvidence {
  */
 FurnitureEvidence
 furnitureAt(const PreparedScan& source,
-            const OrientedSamples& source_furniture,
+            const Furniture& source_furniture,
             const PreparedScan& target,
-            const OrientedSamples& target_furniture,
+            const Furniture& target_furniture,
             const Eigen::Isometry3d& T_target_source,
             const MultiwayOptions& options);
 
