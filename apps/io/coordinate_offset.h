@@ -24,8 +24,8 @@ chooseOffset(std::size_t count, const std::function<Eigen::Vector3d(std::size_t)
  * converted to since.
  * \param[in] count, point as above
  * \param[in] offset of chooseOffset()
- * \return at the largest of the offsets [m]; 0 where coordinates along that axis are finer, and of fewer points than a
- * scan has
+ * \return at the largest of the offsets [m]; 0 where coordinates along that axis are finer, without an offset, and of
+ * fewer points than a scan has
  */
 double
 floatStep(std::size_t count, const std::function<Eigen::Vector3d(std::size_t)>& point, const Eigen::Vector3d& offset);

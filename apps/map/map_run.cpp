@@ -223,7 +223,7 @@ private:
         std::count_if(poses.begin(), poses.end(), [](const auto& pose) { return pose.has_value(); }));
     if (known == 0)
       throw io::IoError(file + ": names none of the scans");
-    // As of a larger map, or misspelt. In an E57 file each pose has the names of its scan, several.
+    // As of a larger map, or misspelt. Not counted of E57 files, where each pose has several names.
     if (known < named.size() && !io::isE57(file))
       std::cerr << "ssfr_map: " << file << ": " << named.size() - known << " of " << named.size()
                 << " poses are of no scan here\n";

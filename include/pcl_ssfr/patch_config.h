@@ -100,7 +100,8 @@ struct PreparationConfig {
   /// apart.
   double index_reach = 0.1;
   int coarse_patches = 600; ///< that stand for all in the coarse refinement, and where scans are seen along an axis
-  /// >= 0, points that fit no plane, of a scan, that are laid into the other one: one of a finest cell.
+  /// >= 0, points that fit no plane, of a scan, that are laid into the other one: one of a finest cell. They are part
+  /// of the furniture of maps, too.
   int clutter_points = 1000;
   int polish_points = 2;         ///< of each ...
   int polish_group = 25;         ///< ... thinned points of a patch for the polish; larger groups ...

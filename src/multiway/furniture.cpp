@@ -15,7 +15,8 @@ namespace pcl_ssfr {
 namespace {
 
 constexpr int kShareRounds = 30;
-constexpr double kPairsBefore = 5; // right ones, before any was seen: a small job has few
+// Right ones, before any was seen: with five a single pair stays below FurnitureConfig::least_false.
+constexpr double kPairsBefore = 5;
 
 /// std::lgamma() leaves the sign in a variable of all threads.
 double
@@ -25,7 +26,7 @@ logGamma(double x)
   return ::lgamma_r(x, &sign);
 }
 
-/// Logarithm of the probability that n of v patches are seen through when the share is drawn from Beta(1, b) with that
+/// Logarithm of the probability that n of v are seen through when the share is drawn from Beta(1, b) with that
 /// mean, up to what does not depend on the mean.
 double
 logProbability(double n, double v, double mean)

@@ -3,7 +3,6 @@
 
 #pragma once
 
-#include "common/types.h"
 #include "multiway/scan_pair.h"
 
 #include <pcl_ssfr/multiway/multiway_options.h>
@@ -13,7 +12,8 @@
 
 namespace pcl_ssfr {
 
-/** \brief The patches of a scan that are of no large plane, and solidClutter(): furniture, frames, machines.
+/** \brief The patches of a scan that are of no large plane and the points of none (solidClutter()): furniture, frames,
+ * machines.
  *
  * Places that look alike have walls, floors and ceilings in common, and differ in these. The time grows with the square
  * of the patches (some milliseconds a scan). \return nothing of a scan that has no points
@@ -28,14 +28,15 @@ isWalled(const PreparedScan& scan, const Furniture& furniture);
 
 /** \brief Log odds that two scans show one place and not two places alike, by the furniture that is seen through.
  *
- * Of each kind of pair the share of it is taken for a draw from a beta distribution with its mode at none: of the
- * patches in view, each is seen through with that share.
+ * Of each kind of pair the share of it is taken for a draw from a beta distribution with its mode at none: of what is
+ * in view, each is seen through with that share.
  * \param[in] pair of nothing in view nothing is known: 0
  */
 double
 furnitureLogOdds(const FurnitureEvidence& pair, const FurnitureConfig& config);
 
-/// furnitureLogOdds() of a pair as one of many that see the same place: those for it count FurnitureConfig::agreement.
+/// furnitureLogOdds() of a pair as one of many that see the same place: if they are for it, FurnitureConfig::agreement
+/// times as much.
 double
 logOddsAmongMany(const FurnitureEvidence& pair, const FurnitureConfig& config);
 

@@ -5,6 +5,7 @@
 
 #include "judgement/pose_uncertainty.h"
 #include "judgement/visibility_score.h"
+#include "preparation/range_image.h"
 #include "profiles/patch_pair.h"
 #include "profiles/pose_refinement.h"
 #include "profiles/prepared_data.h"
@@ -15,6 +16,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <vector>
 
 namespace pcl_ssfr {
@@ -80,13 +83,12 @@ isBeyond(float range, float other, const VisibilityOptions& tolerances)
   return range > tolerances.hidden_ratio * other + tolerances.hidden_margin;
 }
 
-/// Of a patch that fills a finest cell, of the usual leaf; see WeightedEvidence.
+/// Of a patch that fills a finest cell; see WeightedEvidence.
 double
 weightOfPoint(const PreparedScan& scan)
 {
-  const Options& options = scan.data().options;
-  const PreparationConfig& config = options.patch_profile.preparation;
-  return std::sqrt(std::ldexp(config.leaf * scaleOf(scan), config.patches.finest_level));
+  const int finest_level = scan.data().options.patch_profile.preparation.patches.finest_level;
+  return std::sqrt(std::ldexp(patchesOf(scan).leaf, finest_level));
 }
 
 /// Add what the sensor of \p image, where there is one, sees of points that T lays into its frame.
@@ -98,12 +100,14 @@ addPoints(const Eigen::Matrix3Xf& points,
           const VisibilityOptions& tolerances,
           FurnitureEvidence& evidence)
 {
+  if (!image)
+    return;
   const Eigen::Isometry3f T_image = T.cast<float>();
-  for (Eigen::Index i = 0; image && i < points.cols(); ++i) {
+  for (Eigen::Index i = 0; i < points.cols(); ++i) {
     const Eigen::Vector3f ray = T_image * points.col(i) - image->viewpoint();
     const std::size_t cell = image->cell(ray);
     const float range = ray.norm(), free = image->freeRange(cell); // 0: nothing was seen there
-    if (free == 0 || isBeyond(range, image->farthest(cell), tolerances))
+    if (!(range > 0) || free == 0 || isBeyond(range, image->farthest(cell), tolerances))
       continue;
     evidence.in_view += weight;
     evidence.seen_through += range < tolerances.free_ratio * free - tolerances.free_margin ? weight : 0;

@@ -3,6 +3,7 @@
 
 #pragma once
 
+#include "common/types.h"
 #include "refinement/plane_equations.h"
 #include "search/pose_search.h"
 
@@ -107,9 +108,10 @@ struct Furniture {
   Eigen::Matrix3Xf points; ///< that fit no plane, each of a finest cell of patches, 3 x N [m]
 };
 
-/** \brief The points of a scan that fit no plane (PatchScan::clutter) and behind which its own sensor sees nothing:
- * what it sees through itself, as leaves, another one may see through too. \return 3 x N [m]; none where the place of
- * the sensor is not known
+/** \brief The points of a scan that fit no plane (PatchScan::clutter: one of each finest cell, at most
+ * PreparationConfig::clutter_points) and behind which its own sensor sees nothing in the same cell of its range image,
+ * by more than the margins of what is hidden: what it sees through itself, as leaves, another one may see through too.
+ * \return 3 x N [m]; none where the place of the sensor is not known
  */
 Eigen::Matrix3Xf
 solidClutter(const PreparedScan& scan, const MultiwayOptions& options);

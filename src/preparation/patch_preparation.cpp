@@ -213,6 +213,7 @@ preparePatchScan(const ScanView& scan, const Options& options, const Deadline& d
   ScaledCloud scaled_cloud = thinAtScale(scan, prepared.extent, options, deadline);
   prepared.scale = scaled_cloud.scale;
   ThinnedCloud& cloud = scaled_cloud.cloud;
+  prepared.leaf = cloud.leaf;
   finish(kThinningStage, scan.count(), count(cloud.size()));
   if (!prepared.unfinished.empty())
     return prepared;

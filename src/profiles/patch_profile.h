@@ -39,6 +39,7 @@ struct PatchScan {
   PlanarPatches coarse; ///< a part of the patches that stands for all in the coarse refinement
   PatchIndex index;
   RangeImage range_image;   ///< empty when no viewpoint is used
+  double leaf = 0;          ///< spacing that it was thinned to [m]
   Eigen::Matrix3Xf clutter; ///< some points that are in no patch, relative to origin, 3 x N [m]
   SurfacePoints surface;    ///< points for the final polish, laid on the patches of the other scan
   std::vector<StageReport> stages;

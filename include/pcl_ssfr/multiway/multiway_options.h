@@ -88,10 +88,10 @@ struct FurnitureConfig {
   double seen_through = 0.007;
   double seen_through_alike = 0.07; ///< ... and at those of places alike; fitted to seven simulated towers
   /// Factor on odds for one place, [0, 1]: what a scan sees of several others, which see the same of a place, is not
-  /// new evidence each time. With 1 more scans of towers are placed, and twice as many wrongly.
+  /// new evidence each time. With 1 somewhat more scans are placed, and half as many again wrongly.
   double agreement = 0.75;
   /// Share of sure links that furniture must find false: there places look alike, and it distinguishes them, storeys
-  /// too.
+  /// too. Of six real places at most 0.04 are, of simulated towers 0.37 and more, of twin wings 0.15 and more.
   double least_false = 0.17;
 };
 
