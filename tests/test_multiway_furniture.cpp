@@ -122,7 +122,7 @@ countNear(const Eigen::Matrix3Xf& points, const PreparedScan& scan, const Eigen:
 
 TEST(SolidClutter, isWhatFitsNoPlaneAndIsNotSeenThroughByItsOwnSensor)
 {
-  // Twigs a metre before a wall, which the beams beside them reach.
+  // Twigs a metre before a wall, which the beams next to them reach.
   const Eigen::Vector3f twigs(1.9F, -1, 0.2F);
   Points points = roomPoints({});
   addPlant(points);

@@ -59,7 +59,6 @@ collectEvidence(const OrientedSamples& samples,
 {
   SurfaceEvidence evidence;
   const auto faces = [&](Eigen::Index i) { return samples.facing.size() == 0 || samples.facing[i] >= kMinFacing; };
-  const auto voteOf = [&](Eigen::Index i) { return std::sqrt(std::sqrt(samples.weights[i])); };
   std::vector<Eigen::Index> matched;
   PlaceBlock places;
   std::array<int, PlaceBlock::kSize> found;
@@ -71,7 +70,7 @@ collectEvidence(const OrientedSamples& samples,
     places.find(index, options.match, found.data());
     for (std::size_t i = 0; i < places.count; ++i) {
       const Eigen::Index sample = first + static_cast<Eigen::Index>(i);
-      const double weight = samples.weights[sample], vote = voteOf(sample), facing_vote = faces(sample) ? vote : 0;
+      const double weight = samples.weights[sample], vote = voteOf(weight), facing_vote = faces(sample) ? vote : 0;
       evidence.total += weight;
       evidence.patches.total += vote;
       evidence.facing.total += facing_vote;
@@ -90,17 +89,14 @@ collectEvidence(const OrientedSamples& samples,
       const float range = ray.norm();
       if (!(range > 0))
         continue;
-      const std::size_t cell = image->cell(ray);
-      const float free = image->freeRange(cell);
-      if (free == 0)
-        continue; // nothing was seen there
-      if (range < options.free_ratio * free - options.free_margin) {
+      const Visibility visibility = visibilityAt(ray, *image, options);
+      if (visibility == Visibility::Free) {
         evidence.contradicted += weight;
         evidence.patches.contradicted += vote;
         if (std::abs(ray.cast<double>().dot(normal)) >= kMinFacing * range)
           evidence.facing.contradicted += facing_vote;
       }
-      else if (range < options.hidden_ratio * image->farthest(cell) + options.hidden_margin) {
+      else if (visibility == Visibility::AtDepth) {
         evidence.unmatched += weight;
         evidence.patches.unmatched += vote;
         evidence.facing.unmatched += facing_vote;
@@ -108,8 +104,9 @@ collectEvidence(const OrientedSamples& samples,
     }
   }
   for (const Eigen::Index sample : beyondThreePlanes(samples, std::move(matched), options.match)) {
-    evidence.patches.beyond += voteOf(sample);
-    evidence.facing.beyond += faces(sample) ? voteOf(sample) : 0;
+    const double vote = voteOf(samples.weights[sample]);
+    evidence.patches.beyond += vote;
+    evidence.facing.beyond += faces(sample) ? vote : 0;
   }
   return evidence;
 }

@@ -9,6 +9,7 @@
 
 #include <Eigen/Geometry>
 
+#include <cmath>
 #include <cstddef>
 
 namespace pcl_ssfr {
@@ -22,8 +23,37 @@ struct VisibilityOptions {
   float hidden_margin = 0.3f; ///< ... plus this [m]: hidden behind what was seen
 };
 
-/// Evidence for and against a pose, each sample weighted by the fourth root of its area [m^2]: a patch is one
-/// observation, and a large one is hardly surer. By area a floor would outvote all that distinguishes places.
+/// Where a place lies in what a sensor saw.
+enum class Visibility {
+  Unseen,  ///< nothing was seen in its direction
+  Free,    ///< in front of what was seen
+  AtDepth, ///< where something was seen
+  Hidden   ///< behind it
+};
+
+/// \param[in] ray from the viewpoint of \p image to the place [m], of any length > 0
+inline Visibility
+visibilityAt(const Eigen::Vector3f& ray, const RangeImage& image, const VisibilityOptions& options)
+{
+  const std::size_t cell = image.cell(ray);
+  const float range = ray.norm(), free = image.freeRange(cell);
+  if (free == 0)
+    return Visibility::Unseen;
+  if (range < options.free_ratio * free - options.free_margin)
+    return Visibility::Free;
+  const bool is_hidden = !(range < options.hidden_ratio * image.farthest(cell) + options.hidden_margin);
+  return is_hidden ? Visibility::Hidden : Visibility::AtDepth;
+}
+
+/// What a sample of some area [m^2] weighs: a patch is one observation, and a large one is hardly surer. By area a
+/// floor would outvote all that distinguishes places.
+inline double
+voteOf(double area)
+{
+  return std::sqrt(std::sqrt(area));
+}
+
+/// Evidence for and against a pose, each sample weighted by voteOf() its area.
 struct WeightedEvidence {
   double total = 0;        ///< of all samples
   double matched = 0;      ///< of those that meet a compatible patch

@@ -26,8 +26,8 @@ logGamma(double x)
   return ::lgamma_r(x, &sign);
 }
 
-/// Logarithm of the probability that n of v are seen through when the share is drawn from Beta(1, b) with that
-/// mean, up to what does not depend on the mean.
+/// Logarithm of the probability that n of v are seen through when the share is drawn from Beta(1, b) with that mean, up
+/// to what does not depend on the mean.
 double
 logProbability(double n, double v, double mean)
 {
@@ -61,11 +61,15 @@ logOddsAmongMany(const FurnitureEvidence& pair, const FurnitureConfig& config)
 double
 shareOfPlacesAlike(const std::vector<FurnitureEvidence>& pairs, const FurnitureConfig& config)
 {
+  std::vector<double> odds;
+  odds.reserve(pairs.size());
+  for (const FurnitureEvidence& pair : pairs)
+    odds.push_back(std::exp(furnitureLogOdds(pair, config)));
   double share = 0.5;
   for (int round = 0; round < kShareRounds; ++round) {
     double alike = 0;
-    for (const FurnitureEvidence& pair : pairs)
-      alike += share / (share + std::exp(furnitureLogOdds(pair, config)) * (1 - share));
+    for (const double for_one_place : odds)
+      alike += share / (share + for_one_place * (1 - share));
     share = alike / (kPairsBefore + static_cast<double>(pairs.size()));
   }
   return share;

@@ -76,19 +76,13 @@ polished(const PatchPair& pair, const Candidate& candidate)
   return hypothesis;
 }
 
-/// Whether a range is beyond another one by more than both may err.
-bool
-isBeyond(float range, float other, const VisibilityOptions& tolerances)
-{
-  return range > tolerances.hidden_ratio * other + tolerances.hidden_margin;
-}
-
-/// Of a patch that fills a finest cell; see WeightedEvidence.
+/// Of a patch that fills a finest cell.
 double
 weightOfPoint(const PreparedScan& scan)
 {
   const int finest_level = scan.data().options.patch_profile.preparation.patches.finest_level;
-  return std::sqrt(std::ldexp(patchesOf(scan).leaf, finest_level));
+  const double edge = std::ldexp(patchesOf(scan).leaf, finest_level);
+  return voteOf(edge * edge);
 }
 
 /// Add what the sensor of \p image, where there is one, sees of points that T lays into its frame.
@@ -105,12 +99,12 @@ addPoints(const Eigen::Matrix3Xf& points,
   const Eigen::Isometry3f T_image = T.cast<float>();
   for (Eigen::Index i = 0; i < points.cols(); ++i) {
     const Eigen::Vector3f ray = T_image * points.col(i) - image->viewpoint();
-    const std::size_t cell = image->cell(ray);
-    const float range = ray.norm(), free = image->freeRange(cell); // 0: nothing was seen there
-    if (!(range > 0) || free == 0 || isBeyond(range, image->farthest(cell), tolerances))
+    if (!(ray.norm() > 0))
       continue;
-    evidence.in_view += weight;
-    evidence.seen_through += range < tolerances.free_ratio * free - tolerances.free_margin ? weight : 0;
+    const Visibility visibility = visibilityAt(ray, *image, tolerances);
+    const bool is_free = visibility == Visibility::Free;
+    evidence.in_view += is_free || visibility == Visibility::AtDepth ? weight : 0;
+    evidence.seen_through += is_free ? weight : 0;
   }
 }
 
@@ -283,7 +277,8 @@ solidClutter(const PreparedScan& scan, const MultiwayOptions& options)
   Eigen::Index count = 0;
   for (Eigen::Index i = 0; image && i < patches.clutter.cols(); ++i) {
     const Eigen::Vector3f ray = patches.clutter.col(i) - image->viewpoint();
-    if (!isBeyond(image->farthest(image->cell(ray)), ray.norm(), tolerances))
+    const float beyond = tolerances.hidden_ratio * ray.norm() + tolerances.hidden_margin;
+    if (image->farthest(image->cell(ray)) <= beyond)
       solid.col(count++) = patches.clutter.col(i);
   }
   return solid.leftCols(count);

@@ -28,6 +28,7 @@ constexpr double kUnlikelyScale = 10;
 struct PatchScan {
   ScanExtent extent;
   double scale = 1;                                 ///< of the scene: 1 for rooms to streets, multiplies every length
+  double leaf = 0;                                  ///< spacing that it was thinned to [m]
   Eigen::Vector3d origin = Eigen::Vector3d::Zero(); ///< subtracted from the points in double [m]
   bool viewpoint_used = false;                      ///< the viewpoint is used as given, or was found ...
   bool viewpoint_found = false;                     ///< ... in the points
@@ -39,7 +40,6 @@ struct PatchScan {
   PlanarPatches coarse; ///< a part of the patches that stands for all in the coarse refinement
   PatchIndex index;
   RangeImage range_image;   ///< empty when no viewpoint is used
-  double leaf = 0;          ///< spacing that it was thinned to [m]
   Eigen::Matrix3Xf clutter; ///< some points that are in no patch, relative to origin, 3 x N [m]
   SurfacePoints surface;    ///< points for the final polish, laid on the patches of the other scan
   std::vector<StageReport> stages;
