@@ -134,7 +134,7 @@ TEST(OpenRoad, SensorsAreFoundInAnotherFrame)
     const Eigen::Matrix3f R = randomRotation(random).cast<float>();
     const Eigen::Vector3f sensor = 50 * randomRotation(random).col(0).cast<float>();
     const Eigen::Matrix3Xf points = toColumns(*loadPoints(io::scanPath(dataset.path, name)));
-    const auto place = findViewpoint((R * points).colwise() + sensor, ViewpointSearchConfig(), 2);
+    const auto place = findViewpoint((R * points).colwise() + sensor, PreparationConfig(), 2);
     found += place && (*place - sensor).norm() < 1;
   }
   EXPECT_EQ(scans.size(), 21u);

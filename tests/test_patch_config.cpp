@@ -377,8 +377,8 @@ TEST(PatchConfig, EveryOtherNumberMattersOrIsFlat)
 TEST(PatchConfig, NumbersAreSetByName)
 {
   PatchProfileConfig config;
-  setNumber(config, "search.bin_width", 0.25);
-  EXPECT_EQ(config.search.bin_width, 0.25);
+  setNumber(config, "search.screening_share", 0.25);
+  EXPECT_EQ(config.search.screening_share, 0.25);
   setNumber(config, "search.little_overlap.refined", 7);
   EXPECT_EQ(config.search.little_overlap.refined, 7);
   EXPECT_THROW(setNumber(config, "search.rotations", 2.5), std::invalid_argument);
@@ -397,10 +397,11 @@ TEST(PatchConfig, NumbersAreSetByName)
 TEST(PatchConfig, LengthsOfAPairAreScaledOnce)
 {
   const PatchProfileConfig config, large = scaledForPair(config, 10, 2);
-  EXPECT_DOUBLE_EQ(large.search.bin_width, 10 * config.search.bin_width);
-  EXPECT_DOUBLE_EQ(large.judgement.evidence.match, 20 * config.judgement.evidence.match); // of noisy scans
+  EXPECT_DOUBLE_EQ(large.refinement.distinct_distance, 10 * config.refinement.distinct_distance);
+  EXPECT_DOUBLE_EQ(large.judgement.evidence.loose_match, 20 * config.judgement.evidence.loose_match); // of noisy scans
+  EXPECT_DOUBLE_EQ(large.preparation.match, 20 * config.preparation.match);
+  EXPECT_DOUBLE_EQ(large.preparation.margin, 10 * config.preparation.margin);
   EXPECT_EQ(large.preparation.loose_facing, config.preparation.loose_facing);
-  EXPECT_EQ(large.preparation.leaf, config.preparation.leaf); // scaled for each scan
 }
 
 TEST(PatchConfig, LengthsAreScaledOnce)
@@ -409,8 +410,8 @@ TEST(PatchConfig, LengthsAreScaledOnce)
   const PreparationConfig large = scaled(config, 10);
   EXPECT_DOUBLE_EQ(large.leaf, 10 * config.leaf);
   EXPECT_DOUBLE_EQ(large.thickness, 10 * config.thickness);
-  EXPECT_DOUBLE_EQ(large.index_reach, 10 * config.index_reach);
-  EXPECT_DOUBLE_EQ(large.viewpoint.depth_margin, 10 * config.viewpoint.depth_margin);
+  EXPECT_DOUBLE_EQ(large.match, 10 * config.match);
+  EXPECT_DOUBLE_EQ(large.margin, 10 * config.margin);
   EXPECT_DOUBLE_EQ(large.viewpoint.contrast_distance, 10 * config.viewpoint.contrast_distance);
   for (std::size_t k = 0; k < config.viewpoint.levels.size(); ++k)
     EXPECT_DOUBLE_EQ(large.viewpoint.levels[k].step, 10 * config.viewpoint.levels[k].step);

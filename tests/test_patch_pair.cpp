@@ -331,16 +331,16 @@ TEST_F(PatchPairOfARoom, NoisyScansMatchFartherThinPatchesNoNearer)
     PatchScan source = *source_;
     source.thickness = thickness;
     const PatchPair scans(source, *target_, options_, nullptr, Deadline());
-    return scans.config().judgement.evidence.match;
+    return scans.config().preparation.match;
   };
   ASSERT_EQ(source_->scale, 1);
   const double usual = PreparationConfig().thickness;
-  EXPECT_DOUBLE_EQ(matchOf(usual), EvidenceConfig().match);
-  EXPECT_DOUBLE_EQ(matchOf(3 * usual), 3 * EvidenceConfig().match);
+  EXPECT_DOUBLE_EQ(matchOf(usual), PreparationConfig().match);
+  EXPECT_DOUBLE_EQ(matchOf(3 * usual), 3 * PreparationConfig().match);
   PatchScan thin = *source_;
   thin.thickness = usual / 2; // of a scan prepared with another PreparationConfig::thickness
   const PatchPair scans(thin, thin, options_, nullptr, Deadline());
-  EXPECT_DOUBLE_EQ(scans.config().judgement.evidence.match, EvidenceConfig().match);
+  EXPECT_DOUBLE_EQ(scans.config().preparation.match, PreparationConfig().match);
 }
 
 TEST_F(PatchPairOfARoom, TheIndexReachesAsFarAsACountedMatch)
@@ -353,10 +353,10 @@ TEST_F(PatchPairOfARoom, TheIndexReachesAsFarAsACountedMatch)
     for (const float size : {1.f, 100.f}) {
       const Eigen::Matrix3Xf sized = size * points;
       const PatchScan scan = preparePatchScan(viewOfPoints(sized), options_);
-      const double match = PatchPair(scan, scan, options_, nullptr, Deadline()).config().judgement.evidence.match;
+      const double match = PatchPair(scan, scan, options_, nullptr, Deadline()).config().preparation.match;
       EXPECT_DOUBLE_EQ(scan.index.reach(), match) << noise << ", " << size;
       if (noise > 0) {
-        EXPECT_GT(match, 1.5 * scan.scale * EvidenceConfig().match) << size;
+        EXPECT_GT(match, 1.5 * scan.scale * PreparationConfig().match) << size;
       }
     }
   }

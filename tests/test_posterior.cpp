@@ -112,7 +112,7 @@ TEST(Posterior, NoPoses)
 
 TEST(Posterior, ByHand)
 {
-  const PosteriorModel config = {{-0.5, 0.75, 1, 1, 2, 3}, {0.5, 4, 1.5, 3}, 2, 0.125};
+  const PosteriorModel config = {{-0.5, 0.75, 1, 1, 2, 3}, FreeSpaceConfig{1.5, 3}, 2, 0.125};
   ScoredPose first, second;
   SurfaceEvidence e;
   e.total = 20;
@@ -136,7 +136,7 @@ TEST(Posterior, ByHand)
       (6.0 / 10) * std::pow(3.0 / 4, 2) * std::pow(2.0 / 5, 3) * std::pow(4.0 / 2, 1.5) * std::pow(17, 1.5) / 2;
   EXPECT_NEAR(logOdds(first, second, config), std::log(odds), 1e-12);
   EXPECT_NEAR(logOdds(second, first, config), -std::log(odds), 1e-12);
-  const double log_odds_of_any = -0.5 + std::log(0.101) + 0.75 * std::log(6) + 0.5 * std::log(4) - 4 * std::log(1.1);
+  const double log_odds_of_any = -0.5 + std::log(0.101) + 0.75 * std::log(6) + std::log(4) - std::log(1.1);
   const double any = 1 / (1 + std::exp(-log_odds_of_any));
   const Posterior posterior = computePosterior({first, second}, config);
   EXPECT_NEAR(posterior.none, 1 - any, 1e-12);

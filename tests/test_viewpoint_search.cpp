@@ -25,10 +25,10 @@ concatenated(const Eigen::Matrix3Xf& a, const Eigen::Matrix3Xf& b)
   return both;
 }
 
-ViewpointSearchConfig
+PreparationConfig
 configAt(double scale)
 {
-  return scaled(PreparationConfig(), scale).viewpoint;
+  return scaled(PreparationConfig(), scale);
 }
 
 /// A road in the open: nearly all that 64 rings see is ground, and a few cars.
@@ -53,7 +53,7 @@ protected:
   }
 
   testing::Scene scene_ = testing::makeFurnishedRoom(3);
-  const ViewpointSearchConfig config_{};
+  const PreparationConfig config_{};
 };
 
 TEST_F(Viewpoint, OfTheSensorIsPlausibleAndOthersAreNot)
@@ -70,7 +70,7 @@ TEST(OpenRoadViewpoint, IsPlausibleThoughTheGroundIsSeenAtAGrazingAngle)
 {
   // Within a degree the ground recedes by more than a fourth of its range.
   const Eigen::Matrix3Xf scan = scanOfAnOpenRoad();
-  const ViewpointSearchConfig config;
+  const PreparationConfig config;
   EXPECT_TRUE(isPlausibleViewpoint(scan, Eigen::Vector3f::Zero(), config));
   for (const Eigen::Vector3f& away :
        {Eigen::Vector3f(50, 0, 0), Eigen::Vector3f(0, 50, 0), Eigen::Vector3f(-30, -40, 1), Eigen::Vector3f(0, 0, 50)})
@@ -82,12 +82,12 @@ TEST(OpenRoadViewpoint, IsFoundInAnotherFrameForAnyNumberOfThreads)
   // The ground is the same from a metre above: only its height is uncertain.
   const Eigen::Vector3f sensor(20, -40, 5);
   const Eigen::Matrix3Xf scan = scanOfAnOpenRoad().colwise() + sensor;
-  const std::optional<Eigen::Vector3f> place = findViewpoint(scan, ViewpointSearchConfig(), 1);
+  const std::optional<Eigen::Vector3f> place = findViewpoint(scan, PreparationConfig(), 1);
   ASSERT_TRUE(place);
   EXPECT_LT((*place - sensor).head<2>().norm(), 1);
   EXPECT_LT(std::abs(place->z() - sensor.z()), 3);
   for (const unsigned threads : {2u, 5u})
-    EXPECT_EQ(*place, findViewpoint(scan, ViewpointSearchConfig(), threads).value());
+    EXPECT_EQ(*place, findViewpoint(scan, PreparationConfig(), threads).value());
 }
 
 TEST(SparseRingsViewpoint, IsPlausibleThoughDirectionsBetweenTheRingsAreEmpty)
@@ -99,7 +99,7 @@ TEST(SparseRingsViewpoint, IsPlausibleThoughDirectionsBetweenTheRingsAreEmpty)
   rings.elevation_max = 15 * kDegree;
   rings.elevation_step = 2 * kDegree;
   const testing::Scene street = testing::makeStreet(2);
-  const ViewpointSearchConfig config;
+  const PreparationConfig config;
   for (std::size_t s = 0; s < 3; ++s) {
     SCOPED_TRACE(::testing::Message() << "station " << s);
     const Eigen::Matrix3Xf scan = testing::castScan(street, testing::sensorPose(street.stations[s], 0), rings, 4 + s);
@@ -127,7 +127,7 @@ TEST_F(Viewpoint, ScalesWithTheScene)
 {
   const Eigen::Matrix3Xf scan = scanFrom(scene_.stations[0], 1);
   for (const float scale : {0.001f, 1000.f}) {
-    const ViewpointSearchConfig config = configAt(static_cast<double>(scale));
+    const PreparationConfig config = configAt(static_cast<double>(scale));
     EXPECT_TRUE(isPlausibleViewpoint(scan * scale, Eigen::Vector3f::Zero(), config));
     EXPECT_FALSE(isPlausibleViewpoint(scan * scale, Eigen::Vector3f(0, 50 * scale, 0), config));
   }
@@ -170,7 +170,7 @@ TEST(FoundViewpoint, OfACorridorIsNone)
     const double angle = random.uniform(-3.14159, 3.14159);
     pipe.col(i) = Eigen::Vector3d(random.uniform(-40, 40), 30 * std::cos(angle), 30 * std::sin(angle)).cast<float>();
   }
-  EXPECT_FALSE(findViewpoint(pipe, ViewpointSearchConfig(), 1));
+  EXPECT_FALSE(findViewpoint(pipe, PreparationConfig(), 1));
 }
 
 TEST(FoundViewpoint, OfRoomsScannedThroughAWallIsNone)
@@ -185,7 +185,7 @@ TEST(FoundViewpoint, OfRoomsScannedThroughAWallIsNone)
     points.colwise() += room;
     merged = concatenated(merged, points);
   }
-  EXPECT_FALSE(findViewpoint(merged, ViewpointSearchConfig(), 1));
+  EXPECT_FALSE(findViewpoint(merged, PreparationConfig(), 1));
 }
 
 TEST(FoundViewpoint, AFewFarPointsDoNotMatter)
@@ -196,8 +196,8 @@ TEST(FoundViewpoint, AFewFarPointsDoNotMatter)
   Eigen::Matrix3Xf far(3, scan.cols() / 50);
   for (Eigen::Index i = 0; i < far.cols(); ++i)
     far.col(i) = Eigen::Vector3f(1e6f, -1e7f, 1e5f) * static_cast<float>(1 + i % 7);
-  const std::optional<Eigen::Vector3f> without = findViewpoint(scan, ViewpointSearchConfig(), 1);
-  const std::optional<Eigen::Vector3f> place = findViewpoint(concatenated(scan, far), ViewpointSearchConfig(), 1);
+  const std::optional<Eigen::Vector3f> without = findViewpoint(scan, PreparationConfig(), 1);
+  const std::optional<Eigen::Vector3f> place = findViewpoint(concatenated(scan, far), PreparationConfig(), 1);
   ASSERT_TRUE(without && place);
   EXPECT_LT(without->norm(), 0.75f); // one ray in 1.4 degrees: rather far apart
   EXPECT_LT((*place - *without).norm(), 0.25f);

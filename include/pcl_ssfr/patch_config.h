@@ -40,9 +40,8 @@ struct ViewpointSearchConfig {
   /// with four, most of the sensors on an open road are missed. In narrow ones returns hardly meet where a place moves.
   int grid_directions = 8;
   double reach = 0.25;       ///< of the grid: mean log range of the points above the least; sensors: within 0.25
-  double depth_ratio = 1.25; ///< two depths: the farthest return is beyond this multiple of the nearest and the margin;
-                             ///< with 1.5 places in car parks are 6 m off
-  double depth_margin = 0.3; ///< [m]
+  double depth_ratio = 1.25; ///< two depths: the farthest return is beyond this multiple of the nearest and
+                             ///< PreparationConfig::margin; with 1.5 places in car parks are 6 m off
   double two_depth_weight = 10; ///< of a direction with two depths, in directions that see something; with 5: as above
   /// A place is accepted when it is rated this much higher than the mean of six places around it, as a share of the
   /// points: 129 of 131 sensors of single scans are, and of 366 places 50 m off none reaches 0.03 (with 6,000 points
@@ -95,10 +94,13 @@ struct PreparationConfig {
   double loose_facing = 0.5;   ///< [rad] the same in the search and the coarse refinement
   int votes = 160;             ///< places that vote in the search for translations
   double range_cell = 0.01745; ///< [rad] width of a direction of the range image
-  /// [m] patches whose plane and edges are within this of a place are found, wherever the grid of the index lies: as
-  /// far as what is counted matches (EvidenceConfig::match). Of a noisy scan more, as its matches are as much farther
-  /// apart.
-  double index_reach = 0.1;
+  /// [m] of a match, where the fine refinement ends and what counts for a pose: patches whose plane and edges are within
+  /// this of a place are found, wherever the grid of the index lies. Histograms along an axis have bins as wide. Of a
+  /// noisy scan more, as its matches are as much farther apart.
+  double match = 0.1;
+  /// [m] beyond the edge of a patch it is still the patch, in front of the nearest return it is not yet free space, and
+  /// so much behind it the farthest one of a direction may lie before they are two depths.
+  double margin = 0.3;
   int coarse_patches = 600; ///< that stand for all in the coarse refinement, and where scans are seen along an axis
   /// >= 0, points that fit no plane, of a scan, that are laid into the other one: one of a finest cell. They are part
   /// of the furniture of maps, too.
@@ -134,7 +136,6 @@ struct SearchConfig {
   /// A scene is round about an axis when, of the surface that faces across it, at most this share does in the fullest
   /// third of all directions (as many as sweep_steps): then the main normals across the axis are arbitrary.
   double round_share = 0.6;
-  double bin_width = 0.1;          ///< [m] of the histograms along an axis
   double screening_share = 0.5;    ///< of the best count of votes so far, that an eighth of them must promise
   double contradiction_weight = 2; ///< of a vote against a pose of scans that share much, rough as it is yet
   /// Of 271 real pairs all solved ones had a pose near the truth with 0.65 of the most votes, of 375 simulated ones 373
@@ -150,22 +151,19 @@ struct RefinementConfig {
                                     ///< is the step of the exhaustive search for translations
   int coarse_steps = 6;             ///< of the coarse refinement
   int fine_steps = 8;               ///< of the fine refinement, at most; smaller steps than match_noise end it
-  double polish_reach = 0.3;        ///< [m] of the polish, which ends at EvidenceConfig::match, or at less: what the
-                                    ///< matches leave, UncertaintyConfig::bound_deviations times to either side
   double match_noise = 0.001;       ///< [m] what matches are good to, at best: smaller motions find no other ones
   double kept_score = 0.9;          ///< share of the score that a refinement, which makes a pose more exact, may cost
   double distinct_distance = 0.3;   ///< [m] poses nearer than this at the source's sensor ...
-  double distinct_angle = 0.05;     ///< [rad] ... and than this are one
+  double distinct_angle = 0.05;     ///< [rad] ... and than this are one. So the polish looks for matches as far; it ends
+                                    ///< at PreparationConfig::match, or at less: what the matches leave,
+                                    ///< UncertaintyConfig::bound_deviations times to either side
   double explored_deviation = 0.01; ///< [m] standard deviation of the matched surface along a motion from which on the
                                     ///< neighbourhood along it is searched for another optimum; 0.005 finds no more
 };
 
-/// What is a match and what contradicts a pose (METHOD, "Evidence").
+/// What is a match and what contradicts a pose (METHOD, "Evidence"), besides PreparationConfig::match and margin.
 struct EvidenceConfig {
   double loose_match = 0.2;         ///< [m] of a match where the coarse refinement ends and the fine one starts
-  double match = 0.1;               ///< [m] and where the fine one ends: of a match, and what is counted
-  double margin = 0.3;              ///< [m] beyond the edge of a patch it is still the patch, in front of the nearest
-                                    ///< return it is not yet free space
   double range_margin = 0.05;       ///< of a range, before and behind what was seen, in addition
   double contradiction_weight = 14; ///< of the score: contradictions are rare and precious
 };
@@ -177,8 +175,8 @@ struct EvidenceConfig {
  * pose, b is the weighted number of matches that face their sensor and are in none of the three planes that determine a
  * pose, and t the share of the surface that matches and faces the least represented direction. Among them pose k has
  * the log weight matches log(b + 1) + second log(m2 + 1) + third log(m3 + 1): m2 and m3 the matched surface that faces
- * the second and the third of the directions that it faces, in JudgementConfig::chance_edge squared. To both
- * FreeSpaceConfig adds what was seen of free space.
+ * the second and the third of the directions that it faces, in square metres at scale 1: so much may meet by chance. To
+ * both FreeSpaceConfig adds what was seen of free space.
  */
 struct PosteriorConfig {
   double known{};       ///< for "any of them", constant
@@ -191,14 +189,11 @@ struct PosteriorConfig {
 
 /** \brief What the free space that both sensors saw adds to the posterior (METHOD, "Posterior"). Fitted with it.
  *
- * For "any of them" any_clutter log(u + 1) - any_contradictions log(x + 1), and for pose k clutter log(u + 1) -
- * contradictions log(c^2 + 1) / 2: u the number of points that fit no plane and lie at the depth that the other sensor
+ * For "any of them" log((u + 1) / (x + 1)), and for pose k clutter log(u + 1) - contradictions log(c^2 + 1) / 2: u the number of points that fit no plane and lie at the depth that the other sensor
  * saw, x the weighted number of patches that face their sensor and contradict, c the share of all that contradict in
  * JudgementConfig::chance_contradictions.
  */
 struct FreeSpaceConfig {
-  double any_clutter = 1;        ///< for "any of them"
-  double any_contradictions = 1; ///< for "any of them"
   double clutter = 3.4;          ///< a crown of leaves has no planes to match, but stands where it was seen
   double contradictions = 6.3;   ///< a car that has moved is twenty patches of a near scan, and two of a far one
 };
@@ -248,7 +243,6 @@ struct JudgementConfig {
   /// Share of the patches that may contradict a pose by chance, added in squares to those that do: with half of it
   /// exact half turns of a room differ by noise alone.
   double chance_contradictions = 0.003;
-  double chance_edge = 1; ///< [m] of a square of surface that may meet by chance; 1.7 times as much fits as well
   /// Probability that the truth is among the poses from which on no other is looked for. Poses whose odds against the
   /// best one are what this leaves, 1 : 10, are polished too, and refined from the square of that on: less is known
   /// then.
@@ -272,7 +266,7 @@ struct PatchProfileConfig {
 PCL_SSFR_EXPORT PreparationConfig
 scaled(const PreparationConfig& config, double scale);
 
-/// Names of all numbers, such as "search.bin_width", in the order of their definition.
+/// Names of all numbers, such as "search.rotations", in the order of their definition.
 PCL_SSFR_EXPORT std::vector<std::string>
 numberNames();
 

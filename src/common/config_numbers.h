@@ -61,7 +61,7 @@ std::vector<ConfigNumber>
 numbersOf(PatchProfileConfig& config);
 
 /** \brief The numbers for a pair of scenes of scale \p scale > 0: every length multiplied by it, distances of matches
- * by \p noise >= 1 besides. The preparation stays: it is scaled for each scan, see scaled() of patch_config.h.
+ * by \p noise >= 1 besides. Those of the preparation are, too; a scan is prepared with scaled() of patch_config.h.
  */
 PatchProfileConfig
 scaledForPair(const PatchProfileConfig& config, double scale, double noise);

@@ -105,7 +105,8 @@ numbersOf(PatchProfileConfig& config)
           NUMBER(preparation.loose_facing, Bound::RightAngle),
           NUMBER(preparation.votes, Bound::AtLeastOne),
           NUMBER(preparation.range_cell, Bound::RightAngle),
-          NUMBER(preparation.index_reach, Bound::Positive, Scaling::Scene),
+          NUMBER(preparation.match, Bound::Positive, Scaling::Matches),
+          NUMBER(preparation.margin, Bound::Positive, Scaling::Scene),
           NUMBER(preparation.coarse_patches, Bound::AtLeastOne),
           NUMBER(preparation.clutter_points, Bound::NotNegative),
           NUMBER(preparation.polish_points, Bound::AtLeastOne),
@@ -118,7 +119,6 @@ numbersOf(PatchProfileConfig& config)
           NUMBER(preparation.viewpoint.grid_directions, Bound::AtLeastOne),
           NUMBER(preparation.viewpoint.reach, Bound::Positive),
           NUMBER(preparation.viewpoint.depth_ratio, Bound::AtLeastOne),
-          NUMBER(preparation.viewpoint.depth_margin, Bound::Positive, Scaling::Scene),
           NUMBER(preparation.viewpoint.two_depth_weight, Bound::Positive),
           NUMBER(preparation.viewpoint.min_contrast, Bound::Share),
           NUMBER(preparation.viewpoint.max_two_depths, Bound::Share),
@@ -129,7 +129,6 @@ numbersOf(PatchProfileConfig& config)
           NUMBER(search.sweep_axes, Bound::NotNegative),
           NUMBER(search.sweep_steps, Bound::AtLeastOne),
           NUMBER(search.round_share, Bound::Share),
-          NUMBER(search.bin_width, Bound::Positive, Scaling::Scene),
           NUMBER(search.screening_share, Bound::Share),
           NUMBER(search.contradiction_weight, Bound::NotNegative),
           PASS(much_overlap),
@@ -137,15 +136,12 @@ numbersOf(PatchProfileConfig& config)
           NUMBER(refinement.coarse_reach, Bound::Positive, Scaling::Matches),
           NUMBER(refinement.coarse_steps, Bound::AtLeastOne),
           NUMBER(refinement.fine_steps, Bound::AtLeastOne),
-          NUMBER(refinement.polish_reach, Bound::Positive, Scaling::Matches),
           NUMBER(refinement.match_noise, Bound::Positive, Scaling::Scene),
           NUMBER(refinement.kept_score, Bound::Share),
           NUMBER(refinement.distinct_distance, Bound::Positive, Scaling::Scene),
           NUMBER(refinement.distinct_angle, Bound::Positive),
           NUMBER(refinement.explored_deviation, Bound::Positive, Scaling::Scene),
           NUMBER(judgement.evidence.loose_match, Bound::Positive, Scaling::Matches),
-          NUMBER(judgement.evidence.match, Bound::Positive, Scaling::Matches),
-          NUMBER(judgement.evidence.margin, Bound::Positive, Scaling::Scene),
           NUMBER(judgement.evidence.range_margin, Bound::Share),
           NUMBER(judgement.evidence.contradiction_weight, Bound::Positive),
           NUMBER(judgement.prior.pose_error, Bound::Positive),
@@ -160,13 +156,10 @@ numbersOf(PatchProfileConfig& config)
           NUMBER(judgement.uncertainty.max_rotation, Bound::Positive),
           NUMBER(judgement.uncertainty.bound_deviations, Bound::Positive),
           POSTERIOR(posterior),
-          NUMBER(judgement.free_space.any_clutter, Bound::NotNegative),
-          NUMBER(judgement.free_space.any_contradictions, Bound::NotNegative),
           NUMBER(judgement.free_space.clutter, Bound::NotNegative),
           NUMBER(judgement.free_space.contradictions, Bound::NotNegative),
           POSTERIOR(posterior_blind),
           NUMBER(judgement.chance_contradictions, Bound::OpenShare),
-          NUMBER(judgement.chance_edge, Bound::Positive, Scaling::Scene),
           NUMBER(judgement.decided, Bound::Share),
           NUMBER(judgement.unsettled, Bound::Share),
           NUMBER(judgement.named_share, Bound::Share)};
@@ -212,7 +205,7 @@ scaled(const PreparationConfig& config, double scale)
   PatchProfileConfig all;
   all.preparation = config;
   for (const ConfigNumber& number : numbersOf(all))
-    if (number.scaling == NumberScaling::Scene && isOfPreparation(number))
+    if (number.scaling != NumberScaling::None && isOfPreparation(number))
       *number.real *= scale;
   return all.preparation;
 }
@@ -222,7 +215,7 @@ scaledForPair(const PatchProfileConfig& config, double scale, double noise)
 {
   PatchProfileConfig lengths = config;
   for (const ConfigNumber& number : numbersOf(lengths)) {
-    if (number.scaling == NumberScaling::None || isOfPreparation(number))
+    if (number.scaling == NumberScaling::None)
       continue;
     *number.real *= scale;
     if (number.scaling == NumberScaling::Matches)

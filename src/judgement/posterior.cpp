@@ -22,10 +22,10 @@ probabilityOfAny(const ScoredPose& best, const PosteriorModel& model)
   if (!(evidence.matched > 0))
     return 0;
   const double third = best.held.third / evidence.total;
-  const double log_odds = model.surface.known + model.surface.any_third * std::log(third + kLeastShare) +
-                          model.surface.any_matches * std::log1p(evidence.facing.beyond) +
-                          model.space.any_clutter * std::log1p(evidence.clutter) -
-                          model.space.any_contradictions * std::log1p(evidence.facing.contradicted);
+  double log_odds = model.surface.known + model.surface.any_third * std::log(third + kLeastShare) +
+                    model.surface.any_matches * std::log1p(evidence.facing.beyond);
+  if (model.space)
+    log_odds += std::log1p(evidence.clutter) - std::log1p(evidence.facing.contradicted);
   return 1 / (1 + std::exp(-log_odds));
 }
 
@@ -39,22 +39,27 @@ logWeight(const ScoredPose& pose, const PosteriorModel& model)
 {
   const SurfaceEvidence& evidence = pose.evidence;
   const auto times = [&](double surface) { return std::log1p(surface / model.chance_surface); };
-  const double chance = std::max(model.chance_contradictions * evidence.patches.total, kLeastShare);
-  return model.surface.matches * std::log1p(evidence.facing.beyond) + model.surface.second * times(pose.held.second) +
-         model.surface.third * times(pose.held.third) + model.space.clutter * std::log1p(evidence.clutter) -
-         model.space.contradictions * std::log(std::hypot(1, evidence.patches.contradicted / chance)) + pose.log_prior;
+  double weight = model.surface.matches * std::log1p(evidence.facing.beyond) +
+                  model.surface.second * times(pose.held.second) + model.surface.third * times(pose.held.third) +
+                  pose.log_prior;
+  if (model.space) {
+    const double chance = std::max(model.chance_contradictions * evidence.patches.total, kLeastShare);
+    weight += model.space->clutter * std::log1p(evidence.clutter) -
+              model.space->contradictions * std::log(std::hypot(1, evidence.patches.contradicted / chance));
+  }
+  return weight;
 }
 
 } // namespace
 
 PosteriorModel
-makePosteriorModel(const JudgementConfig& config, bool sees_free_space)
+makePosteriorModel(const JudgementConfig& config, bool sees_free_space, double scale)
 {
-  const double chance_surface = config.chance_edge * config.chance_edge;
+  const double chance_surface = scale * scale;
   if (sees_free_space)
     return {config.posterior, config.free_space, chance_surface, config.chance_contradictions};
   // Where one sensor's place is known, what it alone saw through counts for nothing.
-  return {config.posterior_blind, {0, 0, 0, 0}, chance_surface, config.chance_contradictions};
+  return {config.posterior_blind, std::nullopt, chance_surface, config.chance_contradictions};
 }
 
 double

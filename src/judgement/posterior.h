@@ -7,6 +7,7 @@
 
 #include <pcl_ssfr/patch_config.h>
 
+#include <optional>
 #include <vector>
 
 namespace pcl_ssfr {
@@ -26,15 +27,15 @@ struct Posterior {
 
 /// What a posterior is computed with.
 struct PosteriorModel {
-  PosteriorConfig surface;          ///< what the matched surface says
-  FreeSpaceConfig space;            ///< what free space says; zeros where it was not seen
-  double chance_surface = 1;        ///< that may meet by chance [m^2]
-  double chance_contradictions = 0; ///< share of the patches that may contradict by chance
+  PosteriorConfig surface;              ///< what the matched surface says
+  std::optional<FreeSpaceConfig> space; ///< what free space says; nothing where it was not seen
+  double chance_surface = 1;            ///< that may meet by chance [m^2]
+  double chance_contradictions = 0;     ///< share of the patches that may contradict by chance
 };
 
-/// What it is for a pair of which both sensors' places are known or found, or not.
+/// What it is for a pair of which both sensors' places are known or found, or not. \param[in] scale of the pair, > 0
 PosteriorModel
-makePosteriorModel(const JudgementConfig& config, bool sees_free_space);
+makePosteriorModel(const JudgementConfig& config, bool sees_free_space, double scale = 1);
 
 /// Log odds of a pose against another one of its pair: what evidence and priors say for it.
 double

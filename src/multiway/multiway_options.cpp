@@ -45,11 +45,11 @@ validate(const MultiwayOptions& options)
                 "be positive and at most pi");
   const CandidateConfig& candidates = options.candidates;
   requireOption(candidates.alike >= 1, "candidates.alike", static_cast<double>(candidates.alike), "be 1 or more");
-  const double bin = options.registration.patch_profile.search.bin_width;
+  const double bin = options.registration.patch_profile.preparation.match;
   requireOption(candidates.reach >= bin && candidates.reach <= 1e4 * bin,
                 "candidates.reach",
                 candidates.reach,
-                "be 1 to 10000 times search.bin_width of the pairs");
+                "be 1 to 10000 times preparation.match of the pairs");
   const LinkConfig& link = options.link;
   requireOption(link.hypotheses >= 1 && link.hypotheses <= 10,
                 "link.hypotheses",

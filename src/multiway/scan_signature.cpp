@@ -12,10 +12,11 @@ namespace pcl_ssfr {
 Eigen::VectorXf
 signatureOf(const VotingSamples& votes, double scale, const MultiwayOptions& options)
 {
-  const SearchConfig& search = options.registration.patch_profile.search;
-  const auto bins = static_cast<Eigen::Index>(std::ceil(options.candidates.reach / search.bin_width));
-  const float per_length = static_cast<float>(1 / (search.bin_width * scale));
-  const auto parallel = static_cast<float>(parallelCos(search));
+  const PatchProfileConfig& config = options.registration.patch_profile;
+  const double width = config.preparation.match; // of a bin, as in the histograms of a pair
+  const auto bins = static_cast<Eigen::Index>(std::ceil(options.candidates.reach / width));
+  const float per_length = static_cast<float>(1 / (width * scale));
+  const auto parallel = static_cast<float>(parallelCos(config.search));
   Eigen::VectorXf sums = Eigen::VectorXf::Zero(bins + 1);
   for (Eigen::Index i = 0; i < votes.points.cols(); ++i)
     for (Eigen::Index k = i + 1; k < votes.points.cols(); ++k) {

@@ -93,7 +93,7 @@ public:
    */
   PatchIndex(const PlanarPatches& patches,
              double voxel,
-             double reach = PreparationConfig{}.index_reach,
+             double reach = PreparationConfig{}.match,
              double facing = PreparationConfig{}.loose_facing,
              std::size_t max_voxels = std::size_t{1} << 21);
 

@@ -144,7 +144,7 @@ SensorPlace
 placeSensor(const ScanView& scan,
             const Eigen::Vector3d& origin,
             const ThinnedCloud& cloud,
-            const ViewpointSearchConfig& search,
+            const PreparationConfig& lengths,
             const Options& options,
             const Deadline& deadline)
 {
@@ -155,10 +155,10 @@ placeSensor(const ScanView& scan,
   if (mode == ViewpointMode::SensorOrigin || (mode == ViewpointMode::Auto && scan.viewpoint_is_known))
     return {given, false};
   const Eigen::Matrix3Xf points =
-      drawPoints(scan, origin, thinningReach(cloud.leaf), static_cast<std::size_t>(search.levels.back().points));
-  if (mode == ViewpointMode::Auto && isPlausibleViewpoint(points, given.cast<float>(), search, deadline))
+      drawPoints(scan, origin, thinningReach(cloud.leaf), static_cast<std::size_t>(lengths.viewpoint.levels.back().points));
+  if (mode == ViewpointMode::Auto && isPlausibleViewpoint(points, given.cast<float>(), lengths, deadline))
     return {given, false};
-  if (const std::optional<Eigen::Vector3f> place = findViewpoint(points, search, threadCount(options), deadline))
+  if (const std::optional<Eigen::Vector3f> place = findViewpoint(points, lengths, threadCount(options), deadline))
     return {place->cast<double>(), true};
   return {};
 }
@@ -219,7 +219,7 @@ preparePatchScan(const ScanView& scan, const Options& options, const Deadline& d
     return prepared;
 
   const PreparationConfig lengths = scaled(config, prepared.scale);
-  const SensorPlace sensor = placeSensor(scan, prepared.origin, cloud, lengths.viewpoint, options, deadline);
+  const SensorPlace sensor = placeSensor(scan, prepared.origin, cloud, lengths, options, deadline);
   prepared.viewpoint_used = sensor.place.has_value();
   prepared.viewpoint_found = sensor.is_found;
   if (sensor.place) {
@@ -259,7 +259,7 @@ preparePatchScan(const ScanView& scan, const Options& options, const Deadline& d
   const double levels = 0.5 * (config.patches.finest_level + config.patches.coarsest_level);
   const double noise = prepared.thickness / lengths.thickness; // see choosePatchThickness(): 1 and more
   prepared.index =
-      PatchIndex(prepared.patches, lengths.leaf * std::exp2(levels), lengths.index_reach * noise, config.loose_facing);
+      PatchIndex(prepared.patches, lengths.leaf * std::exp2(levels), lengths.match * noise, config.loose_facing);
   prepared.stages.push_back(clock.lap("index", count(prepared.patches.size()), count(prepared.surface.points.cols())));
   return prepared; // complete, even if the time has run out meanwhile
 }

@@ -75,10 +75,10 @@ public:
   Rating(const Eigen::Matrix3Xf& points,
          int most,
          Eigen::Index directions,
-         const ViewpointSearchConfig& config,
+         const PreparationConfig& config,
          const Deadline& deadline)
-      : points_(drawPoints(points, most)), grid_(gridFor(points_.cols(), directions, points.cols())), config_(config),
-        deadline_(deadline)
+      : points_(drawPoints(points, most)), grid_(gridFor(points_.cols(), directions, points.cols())),
+        config_(config.viewpoint), margin_(config.margin), deadline_(deadline)
   {}
 
   /// Of \p place, as a share of the points.
@@ -114,12 +114,13 @@ private:
   DirectionCounts
   count(const Eigen::Vector3f& place) const
   {
-    return countDirections(depthSpans(points_, place, grid_, deadline_), config_.depth_ratio, config_.depth_margin);
+    return countDirections(depthSpans(points_, place, grid_, deadline_), config_.depth_ratio, margin_);
   }
 
   Eigen::Matrix3Xf points_;
   DirectionGrid grid_;
   const ViewpointSearchConfig& config_;
+  double margin_;
   const Deadline& deadline_;
 };
 
@@ -206,10 +207,10 @@ struct PlaceGrid {
 };
 
 PlaceGrid
-layGrid(const Eigen::Matrix3Xf& points, const ViewpointSearchConfig& config, const Deadline& deadline)
+layGrid(const Eigen::Matrix3Xf& points, const PreparationConfig& config, const Deadline& deadline)
 {
-  const Level& level = config.levels.front();
-  const auto nearness = [&](const Eigen::Vector3f& place) { return -meanLogRange(points, place, config.depth_margin); };
+  const Level& level = config.viewpoint.levels.front();
+  const auto nearness = [&](const Eigen::Vector3f& place) { return -meanLogRange(points, place, config.margin); };
   Place middle;
   for (int axis = 0; axis < 3; ++axis) {
     Eigen::VectorXf along = points.row(axis);
@@ -224,7 +225,7 @@ layGrid(const Eigen::Matrix3Xf& points, const ViewpointSearchConfig& config, con
     int steps = 0;
     for (Eigen::Vector3f place = middle.position; steps < level.places && !deadline.hasPassed(); ++steps) {
       place[k / 2] += static_cast<float>(k % 2 ? grid.step : -grid.step);
-      if (nearness(place) < middle.score - config.reach)
+      if (nearness(place) < middle.score - config.viewpoint.reach)
         break;
     }
     (k % 2 ? high : low)[k / 2] = k % 2 ? steps : -steps;
@@ -262,26 +263,28 @@ keepApart(const std::vector<Place>& places, int most, double step)
 bool
 isPlausibleViewpoint(const Eigen::Matrix3Xf& points,
                      const Eigen::Vector3f& place,
-                     const ViewpointSearchConfig& config,
+                     const PreparationConfig& config,
                      const Deadline& deadline)
 {
   // The many points of the last level lie on few rings: directions between the rings stay empty, and things show more
   // rings apart the nearer a place is to them. Fewer points leave as wide gaps along the rings as between them; with as
   // few as those of the first level chance makes as much contrast as the bound asks for.
-  return points.cols() > 0 && std::any_of(config.levels.rbegin(), config.levels.rend() - 1, [&](const Level& level) {
+  const auto& levels = config.viewpoint.levels;
+  return points.cols() > 0 && std::any_of(levels.rbegin(), levels.rend() - 1, [&](const Level& level) {
            return Rating(points, level.points, kDirections, config, deadline).accepts(place);
          });
 }
 
 std::optional<Eigen::Vector3f>
 findViewpoint(const Eigen::Matrix3Xf& points,
-              const ViewpointSearchConfig& config,
+              const PreparationConfig& config,
               unsigned threads,
               const Deadline& deadline)
 {
   if (points.cols() == 0)
     return std::nullopt;
-  PlaceGrid grid = layGrid(drawPoints(points, config.levels.front().points), config, deadline);
+  const ViewpointSearchConfig& search = config.viewpoint;
+  PlaceGrid grid = layGrid(drawPoints(points, search.levels.front().points), config, deadline);
   std::vector<Place> best = std::move(grid.places);
   double step = grid.step; // to which the best places are known
   const auto visitAndSort = [&](const auto& visit) {
@@ -290,9 +293,9 @@ findViewpoint(const Eigen::Matrix3Xf& points,
     });
     sortByScore(best);
   };
-  for (const Level& level : config.levels) {
-    const bool moves = level.step < config.levels.front().step;
-    const Rating rating(points, level.points, moves ? kDirections : config.grid_directions, config, deadline);
+  for (const Level& level : search.levels) {
+    const bool moves = level.step < search.levels.front().step;
+    const Rating rating(points, level.points, moves ? kDirections : search.grid_directions, config, deadline);
     const auto rate = [&](Place& place) { place.score = deadline.hasPassed() ? 0 : rating(place.position); };
     if (moves) {
       const bool have_moved = step < grid.step;
@@ -303,13 +306,13 @@ findViewpoint(const Eigen::Matrix3Xf& points,
       step = level.step;
     }
     else {
-      if (&level != &config.levels.front())
+      if (&level != &search.levels.front())
         best.resize(std::min(best.size(), static_cast<std::size_t>(level.places)));
       visitAndSort(rate);
     }
   }
   const Eigen::Vector3f place = best.front().position;
-  const Rating rating(points, config.levels.back().points, kDirections, config, deadline);
+  const Rating rating(points, search.levels.back().points, kDirections, config, deadline);
   // Where much is seen at two depths even from the best place, scans were merged.
   const bool is_found = rating.isClear(place) && rating.accepts(place);
   return is_found && !deadline.hasPassed() ? std::optional<Eigen::Vector3f>(place) : std::nullopt;

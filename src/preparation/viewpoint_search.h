@@ -25,7 +25,7 @@ namespace pcl_ssfr {
 bool
 isPlausibleViewpoint(const Eigen::Matrix3Xf& points,
                      const Eigen::Vector3f& place,
-                     const ViewpointSearchConfig& config,
+                     const PreparationConfig& config,
                      const Deadline& deadline = Deadline());
 
 /** \brief A plausible viewpoint, found by trying places about the middle of the points: the one that rates highest.
@@ -39,7 +39,7 @@ isPlausibleViewpoint(const Eigen::Matrix3Xf& points,
  */
 std::optional<Eigen::Vector3f>
 findViewpoint(const Eigen::Matrix3Xf& points,
-              const ViewpointSearchConfig& config,
+              const PreparationConfig& config,
               unsigned threads,
               const Deadline& deadline = Deadline());
 

@@ -189,11 +189,10 @@ HypothesisSource::searchOptions(const SearchPass& pass) const
   PoseSearchOptions options;
   options.config = config.search;
   options.pass = pass;
-  double& bin_width = options.config.bin_width;
-  if (pair_.options().bin_width > 0)
-    bin_width = pair_.options().bin_width;
-  bin_width = boundBinWidth(
-      bin_width, pair_.source().patches.samples, pair_.target().patches.samples, HistogramOptions{}.max_bins);
+  options.bin_width = boundBinWidth(pair_.options().bin_width > 0 ? pair_.options().bin_width : pair_.binWidth(),
+                                    pair_.source().patches.samples,
+                                    pair_.target().patches.samples,
+                                    HistogramOptions{}.max_bins);
   options.step = config.refinement.coarse_reach / 2;
   options.peak_separation = config.refinement.distinct_distance;
   options.visibility = pair_.searchTolerances();

@@ -22,9 +22,8 @@ configFor(const PatchScan& source, const PatchScan& target, const Options& optio
   PatchProfileConfig config =
       scaledForPair(options.patch_profile, scale, std::max({1.0, source.thickness / usual, target.thickness / usual}));
   // Callers of ICP are used to generous radii; beyond the coarse tolerance the evidence would say nothing.
-  EvidenceConfig& evidence = config.judgement.evidence;
   if (options.overlap_radius > 0)
-    evidence.match = std::min(options.overlap_radius, evidence.loose_match);
+    config.preparation.match = std::min(options.overlap_radius, config.judgement.evidence.loose_match);
   return config;
 }
 
@@ -66,7 +65,7 @@ PatchPair::searchTolerances() const
 VisibilityOptions
 PatchPair::fineTolerances() const
 {
-  return tolerances(config_.judgement.evidence.match, config_.preparation.same_facing);
+  return tolerances(config_.preparation.match, config_.preparation.same_facing);
 }
 
 SurfaceEvidence
@@ -101,9 +100,8 @@ Eigen::Isometry3d
 PatchPair::refinedCoarse(const Eigen::Isometry3d& T_target_source) const
 {
   const RefinementConfig& c = config_.refinement;
-  const EvidenceConfig& evidence = config_.judgement.evidence;
-  const RefinementOptions options =
-      refinement(c.coarse_reach, evidence.loose_match, config_.preparation.loose_facing, c.coarse_steps);
+  const double end = config_.judgement.evidence.loose_match;
+  const RefinementOptions options = refinement(c.coarse_reach, end, config_.preparation.loose_facing, c.coarse_steps);
   return refinePatches(source_.coarse, target_.index, T_target_source, options).T_target_source;
 }
 
@@ -111,9 +109,9 @@ Eigen::Isometry3d
 PatchPair::refinedFine(const Eigen::Isometry3d& T_target_source) const
 {
   const RefinementConfig& c = config_.refinement;
-  const EvidenceConfig& evidence = config_.judgement.evidence;
+  const PreparationConfig& matches = config_.preparation;
   RefinementOptions options =
-      refinement(evidence.loose_match, evidence.match, config_.preparation.same_facing, c.fine_steps);
+      refinement(config_.judgement.evidence.loose_match, matches.match, matches.same_facing, c.fine_steps);
   options.min_step = c.match_noise;
   return refinePatches(source_.patches, target_.index, T_target_source, options).T_target_source;
 }
@@ -152,7 +150,7 @@ PatchPair::fitAt(const Eigen::Isometry3d& T_target_source) const
   RefinementOptions options = lastStep();
   Refinement wide = refineMutual(sourceSurface(), targetSurface(), T_target_source, options);
   const double distance = matchDistance(wide, T_target_source);
-  if (distance >= config_.judgement.evidence.match)
+  if (distance >= config_.preparation.match)
     return wide;
   options.match.distance = static_cast<float>(distance);
   return refineMutual(sourceSurface(), targetSurface(), T_target_source, options);
@@ -171,7 +169,7 @@ PatchPair::noiseRule() const
 {
   NoiseRule rule;
   rule.deviations = config_.judgement.uncertainty.bound_deviations;
-  rule.most = config_.judgement.evidence.match;
+  rule.most = config_.preparation.match;
   rule.least = std::min(rule.most, 2 * rule.deviations * config_.refinement.match_noise);
   return rule;
 }
@@ -189,7 +187,7 @@ PatchPair::matchDistance(const Refinement& wide, const Eigen::Isometry3d& T_targ
 RefinementOptions
 PatchPair::lastStep() const
 {
-  const double match = config_.judgement.evidence.match;
+  const double match = config_.preparation.match;
   return refinement(match, match, config_.preparation.same_facing, 1);
 }
 
@@ -216,7 +214,7 @@ PatchPair::isSamePlace(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) c
 bool
 PatchPair::laysSensorOnSensor(const Eigen::Isometry3d& T_target_source) const
 {
-  return seesFreeSpace() && (T_target_source * source_.viewpoint - target_.viewpoint).norm() < config_.search.bin_width;
+  return seesFreeSpace() && (T_target_source * source_.viewpoint - target_.viewpoint).norm() < binWidth();
 }
 
 Eigen::Isometry3d
@@ -246,24 +244,22 @@ PatchPair::targetSurface() const
 RefinementOptions
 PatchPair::polishOptions() const
 {
-  return refinement(config_.refinement.polish_reach,
-                    config_.judgement.evidence.match,
-                    config_.preparation.same_facing,
-                    options_.max_refinement_steps);
+  return refinement(
+      polishReach(), config_.preparation.match, config_.preparation.same_facing, options_.max_refinement_steps);
 }
 
 VisibilityOptions
 PatchPair::tolerances(double distance, double angle) const
 {
-  const EvidenceConfig& evidence = config_.judgement.evidence;
+  const double margin = config_.preparation.margin, range_margin = config_.judgement.evidence.range_margin;
   VisibilityOptions options;
   options.match.either_side = either_side_;
   options.match.min_cos = static_cast<float>(std::cos(angle));
   options.match.distance = static_cast<float>(distance);
-  options.match.lateral = static_cast<float>(evidence.margin);
-  options.free_margin = options.hidden_margin = static_cast<float>(evidence.margin);
-  options.free_ratio = static_cast<float>(1 - evidence.range_margin);
-  options.hidden_ratio = static_cast<float>(1 + evidence.range_margin);
+  options.match.lateral = static_cast<float>(margin);
+  options.free_margin = options.hidden_margin = static_cast<float>(margin);
+  options.free_ratio = static_cast<float>(1 - range_margin);
+  options.hidden_ratio = static_cast<float>(1 + range_margin);
   return options;
 }
 

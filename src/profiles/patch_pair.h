@@ -67,11 +67,23 @@ public:
   {
     return config_;
   }
+  /// Of the bins of histograms along an axis: what a match of scans of usual noise is good to [m].
+  double
+  binWidth() const
+  {
+    return options_.patch_profile.preparation.match * scale_;
+  }
+  /// As far as the polish looks for matches [m]: poses nearer than that are one, and noisy scans match from farther.
+  double
+  polishReach() const
+  {
+    return std::max(config_.refinement.distinct_distance, config_.preparation.match);
+  }
   /// The posterior's numbers for what the sensors of this pair saw.
   PosteriorModel
   posteriorModel() const
   {
-    return makePosteriorModel(config_.judgement, seesFreeSpace());
+    return makePosteriorModel(config_.judgement, seesFreeSpace(), scale_);
   }
   const PatchScan&
   source() const

@@ -72,7 +72,7 @@ findProblem(const PatchPair& pair, const HypothesisSource& source)
                             name + " has " + std::to_string(scan->extent.finite_points) + " finite points, at least " +
                                 std::to_string(least) + " are needed");
     // What is left of the shape is the lattice of the steps, and lattices match.
-    if (const double step = coordinateStep(scan->extent); step > pair.config().judgement.evidence.match) {
+    if (const double step = coordinateStep(scan->extent); step > pair.config().preparation.match) {
       std::ostringstream text;
       text << name << " lies " << std::llround(scan->extent.median.cwiseAbs().maxCoeff())
            << " m from the origin of its frame, where float coordinates have steps of " << step
@@ -150,7 +150,7 @@ conclude(Result result, const PatchPair& pair, const HypothesisSource& source, c
         correspondenceDistance(*best.polish,
                                context.uncertainty,
                                std::max(spacingOf(pair.source().patches), spacingOf(pair.target().patches)),
-                               pair.config().refinement.polish_reach,
+                               pair.polishReach(),
                                pair.config().judgement.uncertainty);
   result.confidence = decision.confidence;
   result.unobservable = std::move(decision.unobservable);

@@ -78,7 +78,7 @@ axisHistogram(const OrientedSamples& samples,
               const PoseSearchOptions& options)
 {
   HistogramOptions histogram;
-  histogram.bin_width = options.config.bin_width;
+  histogram.bin_width = options.bin_width;
   histogram.parallel_cos = parallelCos(options.config);
   histogram.facing = facing;
   histogram.normalise = false;
@@ -162,7 +162,7 @@ correlateAlongAxis(const OrientedSamples& source,
     }
     const auto offset = [&](const Correlation& a) {
       return static_cast<Eigen::Index>(
-          std::lround((a.first_shift - std::min(sum.first_shift, c.first_shift)) / options.config.bin_width));
+          std::lround((a.first_shift - std::min(sum.first_shift, c.first_shift)) / options.bin_width));
     };
     const Eigen::Index os = offset(sum);
     const Eigen::Index oc = offset(c);

@@ -24,6 +24,7 @@ struct ShiftWindow {
 struct PoseSearchOptions {
   SearchConfig config; ///< numbers, with the lengths of the pair
   SearchPass pass = SearchConfig{}.much_overlap;
+  double bin_width = PreparationConfig{}.match;                  ///< of the histograms along an axis [m]
   double step = RefinementConfig{}.coarse_reach / 2;             ///< of the exhaustive search along the third axis [m]
   double peak_separation = RefinementConfig{}.distinct_distance; ///< [m]
   int rival_votes = 0; ///< for a pose that is known: where less than a share of as many is promised, none are counted

@@ -165,7 +165,7 @@ WRONG_OPTIONS = [
     ({"target_viewpoint": [1, 2, np.nan]}, "target_viewpoint = "),
     ({"source_normals": np.zeros((3, 3))}, "source_normals: has 3 rows for"),
     ({"numbers": {"search.width": 1}}, "search.width"),
-    ({"numbers": {"search.bin_width": -1}}, "search.bin_width = -1, must"),
+    ({"numbers": {"preparation.match": -1}}, "preparation.match = -1, must"),
     ({"numbers": {"preparation.patches.min_points": 2}}, "preparation.patches.min_points = 2, must"),
     ({"numbers": 3}, "numbers = 3, must be a dict"),
 ]
@@ -196,8 +196,8 @@ def test_defaults_are_options(apartment):
 def test_numbers(apartment):
     source, target = (points[::20] for points in apartment)
     plain = pcl_ssfr.register_scans(source, target)
-    assert pose(pcl_ssfr.register_scans(source, target, numbers={"search.bin_width": 0.1})) == pose(plain)
-    changed = {"refinement.polish_reach": 0.15, "preparation.patches.min_points": 7}
+    assert pose(pcl_ssfr.register_scans(source, target, numbers={"preparation.match": 0.1})) == pose(plain)
+    changed = {"refinement.distinct_distance": 0.15, "preparation.patches.min_points": 7}
     defaults = pcl_ssfr.default_numbers()
     assert set(changed) <= set(defaults) and list(defaults) == pcl_ssfr.number_names()
     assert pose(pcl_ssfr.register_scans(source, target, numbers=defaults)) == pose(plain)
