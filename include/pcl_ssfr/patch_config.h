@@ -39,9 +39,9 @@ struct ViewpointSearchConfig {
   /// four. Few points make wide directions, in which ground seen at a grazing angle has two depths from the sensor too:
   /// with four, most of the sensors on an open road are missed. In narrow ones returns hardly meet where a place moves.
   int grid_directions = 8;
-  double reach = 0.25;       ///< of the grid: mean log range of the points above the least; sensors: within 0.25
-  double depth_ratio = 1.25; ///< two depths: the farthest return is beyond this multiple of the nearest and
-                             ///< PreparationConfig::margin; with 1.5 places in car parks are 6 m off
+  double reach = 0.25;          ///< of the grid: mean log range of the points above the least; sensors: within 0.25
+  double depth_ratio = 1.25;    ///< two depths: the farthest return is beyond this multiple of the nearest and
+                                ///< PreparationConfig::margin; with 1.5 places in car parks are 6 m off
   double two_depth_weight = 10; ///< of a direction with two depths, in directions that see something; with 5: as above
   /// A place is accepted when it is rated this much higher than the mean of six places around it, as a share of the
   /// points: 129 of 131 sensors of single scans are, and of 366 places 50 m off none reaches 0.03 (with 6,000 points
@@ -94,9 +94,9 @@ struct PreparationConfig {
   double loose_facing = 0.5;   ///< [rad] the same in the search and the coarse refinement
   int votes = 160;             ///< places that vote in the search for translations
   double range_cell = 0.01745; ///< [rad] width of a direction of the range image
-  /// [m] of a match, where the fine refinement ends and what counts for a pose: patches whose plane and edges are within
-  /// this of a place are found, wherever the grid of the index lies. Histograms along an axis have bins as wide. Of a
-  /// noisy scan more, as its matches are as much farther apart.
+  /// [m] of a match, where the fine refinement ends and what counts for a pose: patches whose plane and edges are
+  /// within this of a place are found, wherever the grid of the index lies. Histograms along an axis have bins as wide.
+  /// Of a noisy scan more, as its matches are as much farther apart.
   double match = 0.1;
   /// [m] beyond the edge of a patch it is still the patch, in front of the nearest return it is not yet free space, and
   /// so much behind it the farthest one of a direction may lie before they are two depths.
@@ -147,16 +147,16 @@ struct SearchConfig {
 
 /// Refinement and polish of poses, and which of them are the same (METHOD, "Refinement").
 struct RefinementConfig {
-  double coarse_reach = 0.5;        ///< [m] plane distance of a match at the start of the coarse refinement; half of it
-                                    ///< is the step of the exhaustive search for translations
-  int coarse_steps = 6;             ///< of the coarse refinement
-  int fine_steps = 8;               ///< of the fine refinement, at most; smaller steps than match_noise end it
-  double match_noise = 0.001;       ///< [m] what matches are good to, at best: smaller motions find no other ones
-  double kept_score = 0.9;          ///< share of the score that a refinement, which makes a pose more exact, may cost
-  double distinct_distance = 0.3;   ///< [m] poses nearer than this at the source's sensor ...
-  double distinct_angle = 0.05;     ///< [rad] ... and than this are one. So the polish looks for matches as far; it ends
-                                    ///< at PreparationConfig::match, or at less: what the matches leave,
-                                    ///< UncertaintyConfig::bound_deviations times to either side
+  double coarse_reach = 0.5;      ///< [m] plane distance of a match at the start of the coarse refinement; half of it
+                                  ///< is the step of the exhaustive search for translations
+  int coarse_steps = 6;           ///< of the coarse refinement
+  int fine_steps = 8;             ///< of the fine refinement, at most; smaller steps than match_noise end it
+  double match_noise = 0.001;     ///< [m] what matches are good to, at best: smaller motions find no other ones
+  double kept_score = 0.9;        ///< share of the score that a refinement, which makes a pose more exact, may cost
+  double distinct_distance = 0.3; ///< [m] poses nearer than this at the source's sensor ...
+  double distinct_angle = 0.05;   ///< [rad] ... and than this are one. So the polish looks for matches as far; it ends
+                                  ///< at PreparationConfig::match, or at less: what the matches leave,
+                                  ///< UncertaintyConfig::bound_deviations times to either side
   double explored_deviation = 0.01; ///< [m] standard deviation of the matched surface along a motion from which on the
                                     ///< neighbourhood along it is searched for another optimum; 0.005 finds no more
 };
@@ -189,13 +189,13 @@ struct PosteriorConfig {
 
 /** \brief What the free space that both sensors saw adds to the posterior (METHOD, "Posterior"). Fitted with it.
  *
- * For "any of them" log((u + 1) / (x + 1)), and for pose k clutter log(u + 1) - contradictions log(c^2 + 1) / 2: u the number of points that fit no plane and lie at the depth that the other sensor
- * saw, x the weighted number of patches that face their sensor and contradict, c the share of all that contradict in
- * JudgementConfig::chance_contradictions.
+ * For "any of them" log((u + 1) / (x + 1)), and for pose k clutter log(u + 1) - contradictions log(c^2 + 1) / 2: u the
+ * number of points that fit no plane and lie at the depth that the other sensor saw, x the weighted number of patches
+ * that face their sensor and contradict, c the share of all that contradict in JudgementConfig::chance_contradictions.
  */
 struct FreeSpaceConfig {
-  double clutter = 3.4;          ///< a crown of leaves has no planes to match, but stands where it was seen
-  double contradictions = 6.3;   ///< a car that has moved is twenty patches of a near scan, and two of a far one
+  double clutter = 3.4;        ///< a crown of leaves has no planes to match, but stands where it was seen
+  double contradictions = 6.3; ///< a car that has moved is twenty patches of a near scan, and two of a far one
 };
 
 /// How well a polished pose is known (METHOD, "Uncertainty").

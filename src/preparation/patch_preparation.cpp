@@ -154,8 +154,8 @@ placeSensor(const ScanView& scan,
     return {};
   if (mode == ViewpointMode::SensorOrigin || (mode == ViewpointMode::Auto && scan.viewpoint_is_known))
     return {given, false};
-  const Eigen::Matrix3Xf points =
-      drawPoints(scan, origin, thinningReach(cloud.leaf), static_cast<std::size_t>(lengths.viewpoint.levels.back().points));
+  const Eigen::Matrix3Xf points = drawPoints(
+      scan, origin, thinningReach(cloud.leaf), static_cast<std::size_t>(lengths.viewpoint.levels.back().points));
   if (mode == ViewpointMode::Auto && isPlausibleViewpoint(points, given.cast<float>(), lengths, deadline))
     return {given, false};
   if (const std::optional<Eigen::Vector3f> place = findViewpoint(points, lengths, threadCount(options), deadline))
