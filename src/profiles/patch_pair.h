@@ -15,6 +15,8 @@
 
 #include <Eigen/Geometry>
 
+#include <algorithm>
+
 namespace pcl_ssfr {
 
 /** \brief Two prepared scans and what is known of their pose: how a pose between them is judged and refined in the
