@@ -402,6 +402,8 @@ TEST(PatchConfig, LengthsOfAPairAreScaledOnce)
   EXPECT_DOUBLE_EQ(large.preparation.match, 20 * config.preparation.match);
   EXPECT_DOUBLE_EQ(large.preparation.margin, 10 * config.preparation.margin);
   EXPECT_EQ(large.preparation.loose_facing, config.preparation.loose_facing);
+  EXPECT_DOUBLE_EQ(large.preparation.leaf, scaled(config.preparation, 10).leaf); // as for each scan
+  EXPECT_EQ(config.preparation.leaf, PreparationConfig().leaf);
 }
 
 TEST(PatchConfig, LengthsAreScaledOnce)

@@ -343,6 +343,18 @@ TEST_F(PatchPairOfARoom, NoisyScansMatchFartherThinPatchesNoNearer)
   EXPECT_DOUBLE_EQ(scans.config().preparation.match, PreparationConfig().match);
 }
 
+TEST_F(PatchPairOfARoom, ThePolishReachesAsFarAsPosesThatAreOneAndNoLessThanAMatch)
+{
+  const PreparationConfig usual;
+  for (const double noise : {1., 3.5}) {
+    PatchScan source = *source_;
+    source.thickness = noise * usual.thickness;
+    const PatchPair scans(source, *target_, options_, nullptr, Deadline());
+    EXPECT_DOUBLE_EQ(scans.polishReach(), noise > 3 ? noise * usual.match : RefinementConfig().distinct_distance);
+    EXPECT_DOUBLE_EQ(scans.binWidth(), usual.match); // whatever the noise
+  }
+}
+
 TEST_F(PatchPairOfARoom, TheIndexReachesAsFarAsACountedMatch)
 {
   Eigen::Matrix3Xf points = target_points_;

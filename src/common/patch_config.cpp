@@ -204,10 +204,7 @@ scaled(const PreparationConfig& config, double scale)
 {
   PatchProfileConfig all;
   all.preparation = config;
-  for (const ConfigNumber& number : numbersOf(all))
-    if (number.scaling != NumberScaling::None && isOfPreparation(number))
-      *number.real *= scale;
-  return all.preparation;
+  return scaledForPair(all, scale, 1).preparation; // its noise is not known yet
 }
 
 PatchProfileConfig
