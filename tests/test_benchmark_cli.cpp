@@ -382,7 +382,6 @@ TEST_F(BenchmarkProgram, externalProgramsCannotHurt)
   for (const auto& [name, program] : std::map<std::string, std::string>{{"good", good},
                                                                         {"flat", flat},
                                                                         {"crash", crash},
-                                                                        {"hang", hang},
                                                                         {"rubbish", rubbish},
                                                                         {"scaled", scaled},
                                                                         {"fails", fails},
@@ -391,17 +390,15 @@ TEST_F(BenchmarkProgram, externalProgramsCannotHurt)
   json["missing"]["command"] = folder_.file("nowhere") + " {source}";
   json["missing2"]["command"] = "no-such-program-anywhere";
   io::writeFile(folder_.file("methods.json"), json.dump());
-  const Outcome result = run(small() + out() + "--methods good --pairs 0 --perturb none --timeout 6 --external " +
-                             folder_.file("methods.json"));
+  const Outcome result =
+      run(small() + out() + "--methods good --pairs 0 --perturb none --external " + folder_.file("methods.json"));
   ASSERT_EQ(result.code, 0) << result.errors;
   EXPECT_EQ(rows().size(), 1U); // only the one that was named
-  ASSERT_EQ(
-      run(small() + out() + "--pairs 0 --timeout 6 --jobs 2 --resume --external " + folder_.file("methods.json")).code,
-      0);
+  ASSERT_EQ(run(small() + out() + "--pairs 0 --jobs 2 --resume --external " + folder_.file("methods.json")).code, 0);
   std::map<std::string, ResultRow> by_name;
   for (const ResultRow& row : rows())
     by_name[row.method] = row;
-  EXPECT_EQ(by_name.size(), 11U); // all of them and ssfr
+  EXPECT_EQ(by_name.size(), 10U); // all of them and ssfr
   EXPECT_TRUE(by_name["good"].success);
   EXPECT_TRUE(by_name["good"].converged);
   EXPECT_EQ(by_name["good"].time_s, 1.25);
@@ -413,8 +410,6 @@ TEST_F(BenchmarkProgram, externalProgramsCannotHurt)
   EXPECT_GT(by_name["flat"].rotation_error_deg, 2);
   EXPECT_EQ(by_name["crash"].status, "crashed");
   EXPECT_THAT(by_name["crash"].message, HasSubstr("about to fall"));
-  EXPECT_EQ(by_name["hang"].status, "timeout");
-  EXPECT_NEAR(by_name["hang"].time_s, 6, 1); // time enough for Python to start on a busy machine
   EXPECT_EQ(by_name["rubbish"].status, "bad_output");
   EXPECT_EQ(by_name["scaled"].status, "bad_output");
   EXPECT_THAT(by_name["scaled"].message, HasSubstr("rigid motion"));
@@ -427,6 +422,16 @@ TEST_F(BenchmarkProgram, externalProgramsCannotHurt)
   EXPECT_GT(by_name["hungry"].peak_rss_mib, 150);
   EXPECT_LT(by_name["hungry"].peak_rss_mib, 300);
   EXPECT_LT(by_name["fails"].peak_rss_mib, 60);
+
+  // Alone, as the others have all the time that they need to start on a busy machine.
+  const nlohmann::json hangs{{"hang", {{"command", "'" + hang + "' {source} {target}"}}}};
+  io::writeFile(folder_.file("hangs.json"), hangs.dump());
+  ASSERT_EQ(
+      run(small() + out("hung") + "--methods hang --pairs 0 --timeout 2 --external " + folder_.file("hangs.json")).code,
+      0);
+  ASSERT_EQ(rows("hung").size(), 1U);
+  EXPECT_EQ(rows("hung")[0].status, "timeout");
+  EXPECT_NEAR(rows("hung")[0].time_s, 2, 1);
   const int stray = std::stoi(io::readFile(folder_.file("stray")));
   EXPECT_FALSE(isAlive(stray)) << "a child of the program that hung is still there";
 }
@@ -444,18 +449,24 @@ TEST_F(BenchmarkProgram, externalProgramsMayPrintWhatTheyLike)
   const std::string cut = script("cut.sh", R"(printf '%0199d\303\244 and more\n' 0 >&2; exit 7)");
   const std::string bytes = script("bytes.sh", R"(printf 'B\374ro\n' >&2; exit 7)");
   nlohmann::json json{{"endless", {{"command", "yes"}}}};
+  io::writeFile(folder_.file("endless.json"), json.dump());
+  ASSERT_EQ(run(small() + out("endless") + "--methods endless --pairs 0 --timeout 1 --external " +
+                folder_.file("endless.json"))
+                .code,
+            0);
+  ASSERT_EQ(rows("endless").size(), 1U);
+  EXPECT_EQ(rows("endless")[0].status, "timeout") << rows("endless")[0].message;
+  json.clear();
   for (const auto& [name, program] : std::map<std::string, std::string>{
            {"chatty", chatty}, {"first", first}, {"wordy", wordy}, {"cut", cut}, {"bytes", bytes}})
     json[name]["command"] = program;
   io::writeFile(folder_.file("methods.json"), json.dump());
-  const Outcome result =
-      run(small() + out() + "--methods endless,chatty,first,wordy,cut,bytes --pairs 0 --timeout 6 --external " +
-          folder_.file("methods.json"));
+  const Outcome result = run(small() + out() + "--methods chatty,first,wordy,cut,bytes --pairs 0 --external " +
+                             folder_.file("methods.json"));
   ASSERT_EQ(result.code, 0) << result.errors;
   std::map<std::string, ResultRow> by_name;
   for (const ResultRow& row : rows())
     by_name[row.method] = row;
-  EXPECT_EQ(by_name["endless"].status, "timeout") << by_name["endless"].message;
   for (const char* name : {"chatty", "first", "wordy"}) {
     EXPECT_EQ(by_name[name].status, "converged") << name << ": " << by_name[name].message;
     EXPECT_TRUE(by_name[name].success) << name;
@@ -552,7 +563,8 @@ TEST_F(BenchmarkProgram, processorTimeIsLimitedWhateverTheClockSays)
     json[name]["command"] = program;
   io::writeFile(folder_.file("methods.json"), json.dump());
   io::writeFile(folder_.file("endless.json"), R"({"ransac_iterations": 1e9, "leaf": 0.2})");
-  const std::string common = small() + out() + "--methods burns,many,sleeps,fpfh_ransac --pairs 0 --external " +
+  const std::string common = small() + out() +
+                             "--methods burns,many,sleeps,fpfh_ransac --pairs 0 --jobs 2 --external " +
                              folder_.file("methods.json") + " --parameters " + folder_.file("endless.json");
   ASSERT_EQ(run(common + " --cpu-timeout 1.5").code, 0);
   std::map<std::string, ResultRow> by_name;
@@ -598,7 +610,7 @@ public:
           std::string field;
           for (int k = 0; k < kUserTime; ++k)
             stat >> field;
-          constexpr int kBusyTicks = 200; // 2 s: it has read the scans
+          constexpr int kBusyTicks = 50; // 0.5 s: it has read the scans
           if (!field.empty() && std::stoi(field) > kBusyTicks)
             return child;
         }

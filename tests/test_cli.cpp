@@ -26,6 +26,7 @@ namespace pcl_ssfr::test_cli {
 namespace {
 
 using ::testing::AllOf;
+using ::testing::ContainsRegex;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -193,6 +194,8 @@ TEST(AlignOptions, noResultTakesThePlaceOfAnotherOrOfAScan)
             "--transform: 'T.txt' is also --guess");
   EXPECT_EQ(usageError({"s.pcd", "t.pcd", "--json", "a", "--transform", "a"}), "--json: 'a' is also --transform");
   EXPECT_EQ(apps::parseAlignArguments({"s.pcd", "s.pcd", "--json", "-", "--transform", "T.txt"}).json, "-");
+  EXPECT_EQ(apps::parseAlignArguments({"s.pcd", "s.pcd", "--json", "a", "--transform", "-"}).transform, "-");
+  EXPECT_EQ(usageError({"s.pcd", "t.pcd", "--json", "-", "--transform", "-"}), "--json: '-' is also --transform");
   EXPECT_EQ(apps::parseAlignArguments({"s.pcd", "t.pcd", "--json", "/dev/null", "--transform", "/dev/null"}).json,
             "/dev/null");
 }
@@ -406,6 +409,23 @@ TEST_F(AlignProgram, tooFewPointsIsNotAligned)
     EXPECT_FALSE(std::filesystem::exists(folder_.file("moved.pcd")));
   }
   EXPECT_THAT(run(pair).output, HasSubstr("Not aligned, too_few_points"));
+  const Outcome piped = run(pair + " --transform -");
+  EXPECT_EQ(piped.code, 1);
+  EXPECT_EQ(piped.output, "");
+  EXPECT_THAT(piped.errors, StartsWith("ssfr_align: Not aligned, too_few_points"));
+}
+
+TEST_F(AlignProgram, aScanWithoutPointsSaysNothingOfTheOtherOne)
+{
+  io::writeFile(folder_.file("nan.xyz"), "nan nan nan\nnan 1 2\n");
+  const std::string room = PCL_SSFR_DATA_DIR "/apartment_1.pcd";
+  for (const char* method : {"icp_point_to_plane", "fgr"}) {
+    const std::string options = std::string(" --json - --method ") + method;
+    EXPECT_THAT(run(folder_.file("nan.xyz") + " " + room + options).output,
+                ContainsRegex("too few usable points: 0 in the source, [1-9][0-9]+ in the target"));
+    EXPECT_THAT(run(room + " " + folder_.file("nan.xyz") + options).output,
+                ContainsRegex("too few usable points: [1-9][0-9]+ in the source, 0 in the target"));
+  }
 }
 
 TEST_F(AlignProgram, alignsARoomWithOffsetsAndWritesEverything)
@@ -448,6 +468,10 @@ TEST_F(AlignProgram, alignsARoomWithOffsetsAndWritesEverything)
   for (const char* key : {"name", "seconds", "in", "out"})
     EXPECT_TRUE(json["stages"][0].contains(key)) << key;
 
+  const Outcome piped =
+      run(folder_.file("source.xyz") + " " + folder_.file("target.xyz") + " --transform - --viewpoint unknown");
+  EXPECT_EQ(piped.errors, "");
+  EXPECT_EQ(piped.output, io::readFile(folder_.file("T.txt"))); // that alone
   const Eigen::Isometry3d T = io::readTransform(folder_.file("T.txt"));
   for (int row = 0; row < 4; ++row)
     for (int column = 0; column < 4; ++column)

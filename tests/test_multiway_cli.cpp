@@ -337,6 +337,9 @@ TEST_F(MapProgram, aBrokenScanIsOneRow)
       EXPECT_THAT(row.back(), HasSubstr("same points as s0.pcd"));
     }
   }
+  const Outcome accepted = run("'" + out("in") + "' --out '" + out() + "' --resume --accept s0,broken");
+  EXPECT_EQ(accepted.code, 2);
+  EXPECT_THAT(accepted.err, HasSubstr("the link broken.pcd, s0.pcd cannot be accepted: broken.pcd: "));
 }
 
 /// Rows of a table by the first field, without the header.

@@ -102,17 +102,26 @@ fastestFirst(std::size_t count, const Once& once)
   return order;
 }
 
-/// Whether number \p k, multiplied, changes the answer of any case, as \p changes says of a case and a config.
+/** \brief Whether number \p k, multiplied, changes the answer of any case, as \p changes says of a case and a config.
+ * \param[in,out] cases the fastest first; the one that shows it comes after the fastest two then, for the numbers of a
+ * group often matter in one case
+ */
 template <typename Changes>
 bool
-changesAny(std::size_t k, const std::vector<std::size_t>& cases, const Changes& changes)
+changesAny(std::size_t k, std::vector<std::size_t>& cases, const Changes& changes)
 {
-  return std::any_of(cases.begin(), cases.end(), [&](std::size_t i) {
+  const auto found = std::find_if(cases.begin(), cases.end(), [&](std::size_t i) {
     return std::any_of(kFactors.begin(), kFactors.end(), [&](double factor) {
       const std::optional<PatchProfileConfig> config = changed(k, factor);
       return config && changes(i, *config);
     });
   });
+  if (found == cases.end())
+    return false;
+  constexpr std::ptrdiff_t kFastest = 2;
+  if (found - cases.begin() > kFastest)
+    std::rotate(cases.begin() + kFastest, found, found + 1);
+  return true;
 }
 
 bool
@@ -212,7 +221,7 @@ TEST(PatchConfig, EveryNumberOfThePreparationMattersOrIsFlat)
   const std::vector<Input> inputs = makeInputs();
   const Options usual = makeOptions(Profile::Default);
   std::vector<std::vector<double>> expected(inputs.size());
-  const std::vector<std::size_t> order =
+  std::vector<std::size_t> order =
       fastestFirst(inputs.size(), [&](std::size_t i) { expected[i] = fingerprint(inputs[i], usual); });
   const std::vector<std::string> names = numberNames();
   for (std::size_t k = 0; k < names.size(); ++k) {
@@ -359,7 +368,7 @@ TEST(PatchConfig, EveryOtherNumberMattersOrIsFlat)
   for (const PairCase& pair : makePairs())
     pairs.emplace_back(pair);
   std::vector<std::string> expected(pairs.size());
-  const std::vector<std::size_t> order =
+  std::vector<std::size_t> order =
       fastestFirst(pairs.size(), [&](std::size_t i) { expected[i] = answer(pairs[i], pairs[i].options); });
   const std::vector<std::string> names = numberNames();
   for (std::size_t k = 0; k < names.size(); ++k) {

@@ -32,7 +32,8 @@ describeOptions()
       "write the moved source: .pcd or .ply with all its fields, in the coordinates of TARGET, or .e57 with its "
       "pose")("transform",
               po::value<std::string>()->value_name("FILE"),
-              "write T_target_source as 4x4 text; it maps points of SOURCE onto TARGET")(
+              "write T_target_source as 4x4 text, which maps points of SOURCE onto TARGET; '-' is the standard "
+              "output, without the summary then")(
       "json",
       po::value<std::string>()->value_name("FILE"),
       "write everything that was found as JSON instead of the summary; '-' is the standard output")(
@@ -47,7 +48,7 @@ describeOptions()
 }
 
 /// Nothing may be lost: neither one result to another, nor a scan to a result. What is no file, as /dev/null, may be
-/// named twice.
+/// named twice, but for the standard output: nobody could tell its two results apart.
 void
 checkFiles(const AlignArguments& arguments)
 {
@@ -56,10 +57,10 @@ checkFiles(const AlignArguments& arguments)
                                                        {"--guess", arguments.guess_file},
                                                        {"--output", arguments.output},
                                                        {"--transform", arguments.transform},
-                                                       {"--json", arguments.json == "-" ? "" : arguments.json}};
+                                                       {"--json", arguments.json}};
   constexpr std::size_t kFirstResult = 3;
   const auto identity = [](const std::string& scan) {
-    return scan.empty() ? scan : io::fileIdentity(io::fileOfScan(scan));
+    return scan.empty() || scan == kStandardOutput ? scan : io::fileIdentity(io::fileOfScan(scan));
   };
   for (std::size_t i = kFirstResult; i < std::size(named); ++i)
     for (std::size_t k = 0; k < i; ++k) {

@@ -12,6 +12,9 @@
 namespace pcl_ssfr {
 namespace apps {
 
+/// Names the standard output where a file may be given.
+constexpr const char* kStandardOutput = "-";
+
 /// What the user of ssfr_align asked for.
 struct AlignArguments : MethodArguments {
   bool help = false;    ///< print the help and stop; nothing else is set
@@ -19,8 +22,8 @@ struct AlignArguments : MethodArguments {
   std::string source;
   std::string target;
   std::string output;    ///< moved source, .pcd, .ply or .e57; empty: none
-  std::string transform; ///< file for the 4x4 transform; empty: none
-  std::string json;      ///< file for the JSON report, "-": standard output, empty: none
+  std::string transform; ///< file for the 4x4 transform, kStandardOutput or empty: none
+  std::string json;      ///< file for the JSON report, kStandardOutput or empty: none
   std::string pictures;  ///< folder for before.png and after.png; empty: none
 };
 

@@ -48,19 +48,24 @@ write(const apps::AlignArguments& arguments,
       const apps::Report& report)
 {
   const Result& result = report.run.result;
-  if (result.accepted() && !arguments.transform.empty())
+  const bool prints_transform = arguments.transform == apps::kStandardOutput;
+  const bool prints_json = arguments.json == apps::kStandardOutput;
+  const bool prints_summary = arguments.json.empty() && !prints_transform;
+  if (result.accepted() && prints_transform)
+    std::cout << io::formatTransform(result.T_target_source);
+  else if (result.accepted() && !arguments.transform.empty())
     io::writeTransform(arguments.transform, result.T_target_source);
   if (result.accepted() && !arguments.output.empty())
     io::saveMovedCloud(arguments.output, source, result.T_target_source);
   if (!arguments.pictures.empty())
     apps::drawPair(arguments.pictures, source, target, report, arguments.options);
-  if (arguments.json.empty())
+  if (prints_summary)
     std::cout << apps::toText(report);
-  else if (arguments.json == "-")
+  else if (prints_json)
     std::cout << apps::toJsonText(report);
-  else
+  else if (!arguments.json.empty())
     io::writeFile(arguments.json, apps::toJsonText(report));
-  if (!arguments.json.empty() && !result.accepted())
+  if (!prints_summary && !result.accepted())
     std::cerr << "ssfr_align: " << apps::headline(report) << '\n';
   std::cout.flush();
   if (!std::cout)
@@ -77,7 +82,7 @@ run(const std::vector<std::string>& tokens)
   }
   apps::warnOfUnread(arguments, "ssfr_align", std::cerr);
   for (const std::string& output : {arguments.output, arguments.transform, arguments.json})
-    if (!output.empty() && output != "-")
+    if (!output.empty() && output != apps::kStandardOutput)
       io::requireWritable(output);
   const auto start = std::chrono::steady_clock::now();
   io::LoadedCloud source = io::loadCloud(arguments.source);

@@ -161,9 +161,12 @@ thinPair(const ScanView& source, const ScanView& target, const ParameterRule& ru
   const ScanExtent source_extent = measureExtent(source);
   const ScanExtent target_extent = measureExtent(target);
   ThinnedPair pair;
-  if (source_extent.finite_points == 0 || target_extent.finite_points == 0)
+  if (source_extent.finite_points + target_extent.finite_points == 0)
     return pair;
-  const double radius = std::min(source_extent.radius, target_extent.radius);
+  const auto radiusOf = [](const ScanExtent& extent) { // a scan without points says nothing of the other one's
+    return extent.finite_points == 0 ? std::numeric_limits<double>::infinity() : extent.radius;
+  };
+  const double radius = std::min(radiusOf(source_extent), radiusOf(target_extent));
   double leaf = rule.leaf > 0 ? rule.leaf : std::max(rule.min_leaf, rule.leaf_share * radius);
   if (most_leaf > 0 && !(rule.leaf > 0))
     leaf = std::min(leaf, most_leaf);

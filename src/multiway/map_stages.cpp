@@ -249,6 +249,18 @@ private:
       progress_(stage, done, total);
   }
 
+  /// Why a pair has no pose: one of the scans is of no use, or what linking says.
+  std::string
+  whyNoPose(const std::pair<int, int>& pair, const std::string& message) const
+  {
+    for (const int i : {pair.first, pair.second}) {
+      const MapScan& scan = map_.scans[static_cast<std::size_t>(i)];
+      if (!scan.usable)
+        return scan.name + ": " + scan.reason;
+    }
+    return "no pose of these scans was found" + (message.empty() ? "" : ": " + message);
+  }
+
   /// What speaks against an accepted link is noted.
   void
   checkDecisions() const
@@ -258,10 +270,8 @@ private:
         return l.source == pair.first && l.target == pair.second;
       });
       if (link == links_.end() || link->hypotheses.empty())
-        throw DecisionError("the link " + names_[static_cast<std::size_t>(pair.first)] + ", " +
-                            names_[static_cast<std::size_t>(pair.second)] +
-                            " cannot be accepted: no pose of these scans was found" +
-                            (link == links_.end() ? "" : ": " + link->message));
+        throw DecisionError("the link " + name(pair.first) + ", " + name(pair.second) +
+                            " cannot be accepted: " + whyNoPose(pair, link == links_.end() ? "" : link->message));
       const PairHypothesis& best = link->hypotheses.front();
       if (link->status == Status::Converged && best.probability >= input_.options.choice.sure)
         continue;
