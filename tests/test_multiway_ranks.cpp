@@ -277,10 +277,16 @@ protected:
         poses << line << '\n';
   }
   static std::string
-  mpirun(int ranks)
+  mpirun(int ranks, const std::string& options = "")
   {
-    return std::string("'") + PCL_SSFR_MPIRUN + "' --allow-run-as-root --oversubscribe -n " + std::to_string(ranks) +
-           " ";
+    return std::string("'") + PCL_SSFR_MPIRUN + "' --allow-run-as-root --oversubscribe " + options + "-n " +
+           std::to_string(ranks) + " ";
+  }
+  /// The same of a job that fails: it does not wait a second for ranks that have nothing more to say.
+  static std::string
+  failing(int ranks)
+  {
+    return mpirun(ranks, "--mca odls_base_sigkill_timeout 0 ");
   }
   static std::string
   program()
@@ -451,15 +457,15 @@ TEST_F(Job, whatIsWrongIsSaidOnce)
       ++count;
     return count;
   };
-  const Outcome usage = shell(mpirun(3) + program() + "--magic");
+  const Outcome usage = shell(failing(3) + program() + "--magic");
   EXPECT_EQ(usage.code, 2);
   EXPECT_EQ(times(usage.err, "--magic"), 1) << usage.err;
   const std::string good = program() + arguments("out");
-  const Outcome odd = shell(mpirun(1) + good + " : -n 1 " + program() + "--magic"); // one rank only has it
+  const Outcome odd = shell(failing(1) + good + " : -n 1 " + program() + "--magic"); // one rank only has it
   EXPECT_EQ(odd.code, 3);
   EXPECT_EQ(times(odd.err, "--magic"), 1) << odd.err;
   EXPECT_THAT(odd.err, HasSubstr("ssfr_map: rank 1 on "));
-  const Outcome nothing = shell(mpirun(3) + program() + "/nowhere --out '" + folder_.file("out") + "'");
+  const Outcome nothing = shell(failing(3) + program() + "/nowhere --out '" + folder_.file("out") + "'");
   EXPECT_EQ(nothing.code, 3);
   EXPECT_EQ(times(nothing.err, "ssfr_map: /nowhere: "), 1) << nothing.err;
 
@@ -470,7 +476,7 @@ TEST_F(Job, whatIsWrongIsSaidOnce)
       std::filesystem::copy(scanFile(i), folder_.file(view) + "/scans");
   }
   const std::string call = program() + "scans --out '" + folder_.file("out") + "' --resume ";
-  const std::string start = mpirun(1) + "-wdir '" + folder_.file("here") + "' " + call + " : -n 2 -wdir '" +
+  const std::string start = failing(1) + "-wdir '" + folder_.file("here") + "' " + call + " : -n 2 -wdir '" +
                             folder_.file("there") + "' " + call;
   const std::string scan = folder_.file("there") + "/scans/scan_2.pcd";
   std::filesystem::remove(scan);
