@@ -258,6 +258,31 @@ TEST_F(HypothesesOfARoom, AVerticalBoundsTheRotations)
     EXPECT_TRUE(scans.priors().allow(Eigen::Matrix3d(T.linear()), Exactness::Proposed));
 }
 
+TEST_F(HypothesesOfARoom, PlansAreDrawnWhereTwoMainNormalsAreNotCommon)
+{
+  const auto batches = [&](const PatchScan& source, const PatchScan& target) {
+    const PatchPair scans(source, target, options_, nullptr, Deadline());
+    SearchTrace trace;
+    HypothesisSource hypotheses(scans, std::nullopt, stages_, &trace);
+    const std::size_t number = allOf(hypotheses).size();
+    return std::make_pair(number, trace.plan_hypotheses.size());
+  };
+  options_.patch_profile.search.plans_below = 0.3;
+  EXPECT_EQ(batches(*source_, *target_), std::make_pair(std::size_t(3), std::size_t(0)));
+  // As on a road: of what main normals stand for, nearly all is the floor.
+  const auto road = [](PatchScan scan) {
+    const auto floor = std::max_element(
+        scan.main_normals.begin(), scan.main_normals.end(), [](auto& a, auto& b) { return a.support < b.support; });
+    for (MainNormal& normal : scan.main_normals)
+      if (std::abs(normal.direction.dot(floor->direction)) < 0.5)
+        normal.support *= 0.05;
+    return scan;
+  };
+  const auto [number, plans] = batches(road(*source_), road(*target_));
+  EXPECT_EQ(number, 4U);
+  EXPECT_GT(plans, 0U);
+}
+
 TEST_F(HypothesesOfARoom, AVerticalIsADirectionWhereNoPlaneFacesIt)
 {
   // One wall in each scan: with the vertical that is a pair of directions.

@@ -538,6 +538,19 @@ TEST_F(Room, aPoseOfFewDigitsLeavesTheMapRigid)
   }
 }
 
+TEST(PairOptions, drawPlansWhereOneMainNormalIsCommon)
+{
+  MultiwayOptions options;
+  EXPECT_EQ(options.registration.patch_profile.search.plans_below, 1);
+  EXPECT_EQ(pairOptions(options).patch_profile.search.plans_below, options.link.plans_below);
+  options.registration.patch_profile.search.plans_below = 0.1;
+  EXPECT_EQ(pairOptions(options).patch_profile.search.plans_below, 0.1);
+  for (const double share : {0.0, -0.3, 1.1, std::numeric_limits<double>::quiet_NaN()}) {
+    options.link.plans_below = share;
+    EXPECT_THROW(validate(options), std::invalid_argument) << share;
+  }
+}
+
 TEST_F(Room, aLinkWithoutHypothesesSaysNothing)
 {
   MultiwayOptions options;

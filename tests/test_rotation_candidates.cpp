@@ -124,6 +124,30 @@ TEST(RotationCandidates, ManhattanRoomGives24DistinctRotationsWhenMerged)
   }
 }
 
+TEST(RotationCandidates, SupportAcrossIsWhatFacesAcrossTheBestSupported)
+{
+  // Floor 5 and ceiling 2 of 10, walls 2 and 1: by the identity 0.3 faces across the floor, by a quarter turn 0.1.
+  const std::vector<MainNormal> source = {{Eigen::Vector3d::UnitX(), 2},
+                                          {Eigen::Vector3d::UnitY(), 1},
+                                          {Eigen::Vector3d::UnitZ(), 5},
+                                          {-Eigen::Vector3d::UnitZ(), 2}};
+  RotationCandidate identity, quarter;
+  quarter.R_target_source = Eigen::AngleAxisd(90 * kDegree, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  const double tolerance = 3 * kDegree;
+  EXPECT_NEAR(supportAcross({identity}, source, source, tolerance), 0.3, 1e-12);
+  EXPECT_NEAR(supportAcross({quarter}, source, source, tolerance), 0.1, 1e-12);
+  EXPECT_NEAR(supportAcross({quarter, identity}, source, source, tolerance), 0.3, 1e-12);
+  EXPECT_EQ(supportAcross({}, source, source, tolerance), 0);
+  EXPECT_EQ(supportAcross({identity}, {}, source, tolerance), 0);
+  const std::vector<MainNormal> floor = {{Eigen::Vector3d::UnitZ(), 1}, {Eigen::Vector3d(1, 1, 0).normalized(), 1}};
+  EXPECT_EQ(supportAcross({identity}, source, floor, tolerance), 0); // ground on ground alone
+  // It does not depend on the frame.
+  testing::Random random(8);
+  const Eigen::Matrix3d R = testing::randomRotation(random);
+  identity.R_target_source = R;
+  EXPECT_NEAR(supportAcross({identity}, source, rotated(source, R), tolerance), 0.3, 1e-12);
+}
+
 TEST(RotationCandidates, MergingFitsAllMatchedNormals)
 {
   // Noisy target normals: the merged fit over five normals must beat the best single pair on average.

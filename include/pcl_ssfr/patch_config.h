@@ -136,6 +136,9 @@ struct SearchConfig {
   /// A scene is round about an axis when, of the surface that faces across it, at most this share does in the fullest
   /// third of all directions (as many as sweep_steps): then the main normals across the axis are arbitrary.
   double round_share = 0.6;
+  /// Plan views are drawn where no rotation lays main normals on each other that stand for this share of the surface,
+  /// besides those along the best supported of them: 1: always, as a pair has nothing else left; maps have other pairs.
+  double plans_below = 1;
   double screening_share = 0.5;    ///< of the best count of votes so far, that an eighth of them must promise
   double contradiction_weight = 2; ///< of a vote against a pose of scans that share much, rough as it is yet
   /// Of 271 real pairs all solved ones had a pose near the truth with 0.65 of the most votes, of 375 simulated ones 373

@@ -129,6 +129,7 @@ numbersOf(PatchProfileConfig& config)
           NUMBER(search.sweep_axes, Bound::NotNegative),
           NUMBER(search.sweep_steps, Bound::AtLeastOne),
           NUMBER(search.round_share, Bound::Share),
+          NUMBER(search.plans_below, Bound::Share),
           NUMBER(search.screening_share, Bound::Share),
           NUMBER(search.contradiction_weight, Bound::NotNegative),
           PASS(much_overlap),

@@ -57,6 +57,7 @@ validate(const MultiwayOptions& options)
                 "be 1 to 10");
   requireShare("link.least_probability", link.least_probability);
   requireShare("link.fitted_share", link.fitted_share);
+  requireOption(link.plans_below > 0 && link.plans_below <= 1, "link.plans_below", link.plans_below, "be in (0, 1]");
   const ChoiceConfig& choice = options.choice;
   requirePositive("choice.same_rotation", choice.same_rotation);
   requirePositive("choice.same_translation", choice.same_translation);

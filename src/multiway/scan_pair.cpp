@@ -116,6 +116,8 @@ pairOptions(const MultiwayOptions& options)
   Options result = options.registration;
   result.threads = 1;
   result.time_limit = 0; // links must not depend on how busy the machine is
+  double& plans_below = result.patch_profile.search.plans_below;
+  plans_below = std::min(plans_below, options.link.plans_below);
   if (options.gravity)
     result.gravity =
         GravityPrior{options.gravity->normalized(), options.gravity->normalized(), options.gravity_tolerance};

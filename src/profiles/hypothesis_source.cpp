@@ -62,7 +62,8 @@ HypothesisSource::next()
     [[fallthrough]];
   case Stage::Plans:
     stage_ = Stage::Done;
-    if (!source_normals_.empty() && !target_normals_.empty())
+    if (!source_normals_.empty() && !target_normals_.empty() &&
+        supportAcross(rotations_, source_normals_, target_normals_, config.direction_error) < config.plans_below)
       return searchPlans();
     [[fallthrough]];
   case Stage::Done:

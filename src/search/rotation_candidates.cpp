@@ -93,6 +93,21 @@ public:
     return sum;
   }
 
+  /// The support of those matches that face across the best supported one rather than along it.
+  double
+  supportAcross(const std::vector<Match>& matches) const
+  {
+    const auto best = std::max_element(
+        matches.begin(), matches.end(), [](const Match& a, const Match& b) { return a.weight < b.weight; });
+    double sum = 0;
+    for (const Match& match : matches) {
+      const double along = source_[match.source].direction.dot(source_[best->source].direction);
+      if (2 * along * along < 1)
+        sum += match.weight;
+    }
+    return sum;
+  }
+
   /// Fit the rotation to all that it matches; stays as it is when that is not two independent directions.
   void
   refit(RotationCandidate& candidate) const
@@ -190,6 +205,19 @@ rotationFromPairs(const Eigen::Vector3d& source_a,
   if (isParallel(source_a, source_b) || isParallel(target_a, target_b))
     return nearestRotation(target_a * source_a.transpose() + target_b * source_b.transpose());
   return frame(target_a, target_b) * frame(source_a, source_b).transpose();
+}
+
+double
+supportAcross(const std::vector<RotationCandidate>& rotations,
+              const std::vector<MainNormal>& source,
+              const std::vector<MainNormal>& target,
+              double max_angle)
+{
+  const Matcher matcher(source, target, max_angle);
+  double most = 0;
+  for (const RotationCandidate& rotation : rotations)
+    most = std::max(most, matcher.supportAcross(matcher.match(rotation.R_target_source)));
+  return most;
 }
 
 std::vector<RotationCandidate>

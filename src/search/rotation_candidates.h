@@ -20,6 +20,17 @@ struct RotationCandidate {
                       ///< normalised to sum 1; ranks merged candidates, [0, 1]
 };
 
+/** \brief How far the scans have two main normals in common: of all rotations, the most support of the main normals
+ * that one lays on each other, but for those that face along the best supported of them. Little where ground meets
+ * ground. \param[in] max_angle between two main normals that are one [rad] \return of supports normalised to sum 1, [0,
+ * 1); 0 for none
+ */
+double
+supportAcross(const std::vector<RotationCandidate>& rotations,
+              const std::vector<MainNormal>& source,
+              const std::vector<MainNormal>& target,
+              double max_angle);
+
 /// Whether some two of the main normals form a pair (RotationOptions::max_abs_cos): else they tell no rotation.
 bool
 hasPair(const std::vector<MainNormal>& normals, const RotationOptions& options);

@@ -19,6 +19,9 @@ struct LinkConfig {
   double least_probability = 0.02; ///< of a kept pose, (0, 1): below, a building has no use for it
   /// Share of pairs that show one place in what the posterior of a pair was fitted to, (0, 1).
   double fitted_share = 0.7;
+  /// SearchConfig::plans_below, at most, (0, 1]: of pairs that plan views alone solve nearly all have less, of rooms,
+  /// most of whose pairs share nothing, few.
+  double plans_below = 0.3;
 };
 
 /// Which pairs of scans are linked.
@@ -30,7 +33,7 @@ enum class PairRule {
 
 /// How pairs are chosen that are likely to share a place. Lengths are for scenes of scale 1.
 struct CandidateConfig {
-  std::size_t all_up_to = 150;   ///< scans: their 11,175 pairs take 12 to 20 minutes of a processor
+  std::size_t all_up_to = 150;   ///< scans: their 11,175 pairs take 18 to 35 minutes of a processor
   std::size_t alike = 6;         ///< partners of each scan by likeness: some four of them share a place with it
   std::size_t most = 30;         ///< partners of a scan that links lead to: in dense jobs more of them add no accuracy
   std::size_t near = 8;          ///< partners of each scan that are looked at as their sensors are nearest
