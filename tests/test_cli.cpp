@@ -595,7 +595,7 @@ TEST_F(AlignProgram, refinersStartFromTheGuess)
   const Eigen::Isometry3d guess = truth * Eigen::Translation3d(0.05, -0.04, 0.03);
   io::writeFile(folder_.file("source.xyz"), room(T_source_room));
   io::writeFile(folder_.file("target.xyz"), room(Eigen::Isometry3d::Identity()));
-  io::writeTransform(folder_.file("guess.txt"), guess);
+  io::writeFile(folder_.file("guess.txt"), io::formatTransform(guess));
   for (const char* method : {"icp_point_to_point", "icp_point_to_plane", "gicp", "ndt"}) {
     SCOPED_TRACE(method);
     const Outcome result = run(folder_.file("source.xyz") + " " + folder_.file("target.xyz") + " --leaf 0.1 --method " +

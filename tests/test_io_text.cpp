@@ -147,7 +147,7 @@ TEST(TextScanner, byteOrderMarkIsSkippedOnce)
   EXPECT_THAT(errorOf("a.xyz", "1 2 3\n" + mark + "4 5 6\n"), HasSubstr("a.xyz:2: "));
   EXPECT_THAT(errorOf("a.xyz", mark + mark + "1 2 3\n"), HasSubstr("a.xyz:1: "));
   const TemporaryFolder folder;
-  io::writeTransform(folder.file("T.txt"), Eigen::Isometry3d::Identity());
+  io::writeFile(folder.file("T.txt"), io::formatTransform(Eigen::Isometry3d::Identity()));
   io::writeFile(folder.file("T.txt"), mark + io::readFile(folder.file("T.txt")));
   EXPECT_TRUE(io::readTransform(folder.file("T.txt")).isApprox(Eigen::Isometry3d::Identity()));
 }
@@ -505,7 +505,7 @@ TEST(Transforms, readBackToTheSameBits)
   const TemporaryFolder folder;
   Eigen::Isometry3d T =
       Eigen::Translation3d(1e6 + 0.1, -2.0 / 3, 3) * Eigen::AngleAxisd(1.1, Eigen::Vector3d(1, 2, 3).normalized());
-  io::writeTransform(folder.file("T.txt"), T);
+  io::writeFile(folder.file("T.txt"), io::formatTransform(T));
   EXPECT_EQ(io::readTransform(folder.file("T.txt")).matrix(), T.matrix());
 }
 

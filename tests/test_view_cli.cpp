@@ -364,7 +364,7 @@ TEST_F(ViewProgram, scansWithoutAnAnswerAreDrawnToo)
       plane += std::to_string(0.05 * i) + " " + std::to_string(0.05 * k) + " -1\n";
   io::writeFile(folder_.file("few.xyz"), "1 2 3\n4 5 6\n");
   io::writeFile(folder_.file("plane.xyz"), plane);
-  io::writeTransform(folder_.file("T.txt"), Eigen::Isometry3d::Identity());
+  io::writeFile(folder_.file("T.txt"), io::formatTransform(Eigen::Isometry3d::Identity()));
   for (const auto& [scan, status] :
        std::map<std::string, std::string>{{"few.xyz", "too_few_points"}, {"plane.xyz", "too_few_directions"}})
     for (const char* profile : {"default", "paper2017"}) {

@@ -12,9 +12,6 @@
 namespace pcl_ssfr {
 namespace apps {
 
-/// Names the standard output where a file may be given.
-constexpr const char* kStandardOutput = "-";
-
 /// What the user of ssfr_align asked for.
 struct AlignArguments : MethodArguments {
   bool help = false;    ///< print the help and stop; nothing else is set

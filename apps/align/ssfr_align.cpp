@@ -5,6 +5,7 @@
 
 #include <apps/align/align_options.h>
 #include <apps/align/pictures.h>
+#include <apps/common/command_line.h>
 #include <apps/common/program_main.h>
 #include <apps/io/file_bytes.h>
 #include <apps/io/output_file.h>
@@ -41,6 +42,16 @@ align(const apps::AlignArguments& arguments, const io::LoadedCloud& source, cons
   return report;
 }
 
+/// Write a text to a file, or to the standard output.
+void
+writeText(const std::string& path, const std::string& text)
+{
+  if (path == apps::kStandardOutput)
+    std::cout << text;
+  else
+    io::writeFile(path, text);
+}
+
 void
 write(const apps::AlignArguments& arguments,
       const io::LoadedCloud& source,
@@ -48,24 +59,18 @@ write(const apps::AlignArguments& arguments,
       const apps::Report& report)
 {
   const Result& result = report.run.result;
-  const bool prints_transform = arguments.transform == apps::kStandardOutput;
-  const bool prints_json = arguments.json == apps::kStandardOutput;
-  const bool prints_summary = arguments.json.empty() && !prints_transform;
-  if (result.accepted() && prints_transform)
-    std::cout << io::formatTransform(result.T_target_source);
-  else if (result.accepted() && !arguments.transform.empty())
-    io::writeTransform(arguments.transform, result.T_target_source);
+  if (result.accepted() && !arguments.transform.empty())
+    writeText(arguments.transform, io::formatTransform(result.T_target_source));
   if (result.accepted() && !arguments.output.empty())
     io::saveMovedCloud(arguments.output, source, result.T_target_source);
   if (!arguments.pictures.empty())
     apps::drawPair(arguments.pictures, source, target, report, arguments.options);
+  if (!arguments.json.empty())
+    writeText(arguments.json, apps::toJsonText(report));
+  const bool prints_summary = arguments.json.empty() && arguments.transform != apps::kStandardOutput;
   if (prints_summary)
     std::cout << apps::toText(report);
-  else if (prints_json)
-    std::cout << apps::toJsonText(report);
-  else if (!arguments.json.empty())
-    io::writeFile(arguments.json, apps::toJsonText(report));
-  if (!prints_summary && !result.accepted())
+  else if (!result.accepted())
     std::cerr << "ssfr_align: " << apps::headline(report) << '\n';
   std::cout.flush();
   if (!std::cout)

@@ -15,6 +15,8 @@ namespace apps {
 
 constexpr unsigned kHelpWidth = 100; ///< of the lines of --help
 
+constexpr const char* kStandardOutput = "-"; ///< in place of the name of a file that is written
+
 /// An argument that belongs to no option, where none is taken.
 class UnexpectedArgument : public UsageError {
 public:

@@ -75,11 +75,5 @@ formatTransform(const Eigen::Isometry3d& T, int digits)
   return text.str();
 }
 
-void
-writeTransform(const std::string& path, const Eigen::Isometry3d& T)
-{
-  writeFile(path, formatTransform(T));
-}
-
 } // namespace io
 } // namespace pcl_ssfr

@@ -24,11 +24,8 @@ toRigidMotion(const Eigen::Matrix4d& matrix);
 Eigen::Isometry3d
 readTransform(const std::string& path);
 
-/// Write a rigid motion as four lines of four numbers that read back to the same bits. \throw IoError
-void
-writeTransform(const std::string& path, const Eigen::Isometry3d& T);
-
-/// The text that writeTransform writes, with \p digits significant digits.
+/// A rigid motion as four lines of four numbers, of \p digits significant digits: with 17 they read back to the same
+/// bits.
 std::string
 formatTransform(const Eigen::Isometry3d& T, int digits = 17);
 

@@ -37,7 +37,7 @@ struct MapArguments {
   CloudOutputs clouds;
   std::string truth; ///< file; empty: none
   bool resume = false;
-  std::string json;  ///< file or "-"; empty: none
+  std::string json;  ///< file or kStandardOutput; empty: none
   bool tum = false;  ///< write poses.tum besides
   std::string words; ///< the command line as it was given
 };

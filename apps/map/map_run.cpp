@@ -10,6 +10,7 @@
 
 #include <pcl_ssfr/multiway/multiway_registration.h>
 
+#include <apps/common/command_line.h>
 #include <apps/common/seconds_since.h>
 #include <apps/io/e57_format.h>
 #include <apps/io/file_bytes.h>
@@ -148,7 +149,7 @@ private:
   bool
   writesJson() const
   {
-    return !arguments_.json.empty() && arguments_.json != "-";
+    return !arguments_.json.empty() && arguments_.json != kStandardOutput;
   }
 
   std::vector<std::string>
@@ -501,7 +502,7 @@ private:
       std::cerr << "ssfr_map: poses.tum of the earlier map is removed (--tum writes it)\n";
     if (writesJson())
       io::writeFile(arguments_.json, json);
-    if (arguments_.json != "-")
+    if (arguments_.json != kStandardOutput)
       std::cout << mapText(output) << "written to " << arguments_.out << "\n" << leftOutText(output.map);
     else
       std::cout << json;

@@ -21,9 +21,11 @@ struct RotationCandidate {
 };
 
 /** \brief How far the scans have two main normals in common: of all rotations, the most support of the main normals
- * that one lays on each other, but for those that face along the best supported of them. Little where ground meets
- * ground. \param[in] max_angle between two main normals that are one [rad] \return of supports normalised to sum 1, [0,
- * 1); 0 for none
+ * that one lays on each other, but for those that face along the best supported of them.
+ *
+ * Little where ground meets ground.
+ * \param[in] max_angle between two main normals that are one [rad]
+ * \return of supports normalised to sum 1, [0, 1): 0 where there are none
  */
 double
 supportAcross(const std::vector<RotationCandidate>& rotations,
