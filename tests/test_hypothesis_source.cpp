@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -106,7 +107,7 @@ TEST_F(HypothesesOfARoom, ThePromisingOnesThenTheRestThenLittleOverlapThenPlansT
   const std::vector<TracedHypothesis> found = trace.passes[0].hypotheses;
   ASSERT_GT(found.size(), static_cast<std::size_t>(config.much_overlap.refined));
   const auto count = static_cast<std::size_t>(std::count_if(found.begin(), found.end(), [&](const TracedHypothesis& h) {
-    return h.votes >= config.much_overlap.promising * found.front().votes;
+    return h.votes >= config.promising * found.front().votes;
   }));
   ASSERT_LT(count, static_cast<std::size_t>(config.much_overlap.refined)); // there is a rest
   EXPECT_TRUE(promising->has_guess);
@@ -142,6 +143,22 @@ TEST_F(HypothesesOfARoom, ThePromisingOnesThenTheRestThenLittleOverlapThenPlansT
   EXPECT_EQ(little->poses.size(),
             std::min(trace.passes[1].hypotheses.size(), static_cast<std::size_t>(config.little_overlap.refined)));
   EXPECT_EQ(refined(1), little->poses.size());
+  // The best ones of the rotations, each searched alone, though what the first ones find bounds what others may lack.
+  std::vector<double> alone;
+  for (const Eigen::Matrix3d& R : trace.passes[1].rotations)
+    for (const PoseHypothesis& h : searchTranslations(source_->patches.samples,
+                                                      source_->votes,
+                                                      target_->patches.samples,
+                                                      source.targetNormals(),
+                                                      target_->index,
+                                                      target_->freeSpace(),
+                                                      R,
+                                                      source.searchOptions(config.little_overlap)))
+      alone.push_back(h.score);
+  std::sort(alone.begin(), alone.end(), std::greater<>());
+  ASSERT_GT(alone.size(), 2 * little->poses.size());
+  for (std::size_t i = 0; i < little->poses.size(); ++i)
+    EXPECT_GE(trace.passes[1].hypotheses[i].votes, 0.95 * alone[i]) << i;
 
   EXPECT_TRUE(trace.plan_hypotheses.empty());
   const std::optional<HypothesisBatch> plans = source.next();
@@ -215,7 +232,7 @@ TEST_F(HypothesesOfARoom, TheSameWithAndWithoutTraceAndForAnyThreadCount)
 
 TEST_F(HypothesesOfARoom, AllAtOnceWhereNoneAreMorePromising)
 {
-  options_.patch_profile.search.much_overlap.promising = 0;
+  options_.patch_profile.search.promising = 0;
   const PatchPair scans = pair();
   HypothesisSource source(scans, std::nullopt, stages_, nullptr);
   const std::vector<HypothesisBatch> batches = allOf(source);

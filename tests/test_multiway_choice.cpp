@@ -381,9 +381,12 @@ TEST(JointAdjustment, findsThePosesThatAllSurfacesAgreeOn)
   const JointAdjustment four =
       adjustJointly(start, pairs, {0}, job.places, equations, patchesOfTheirOwn, AdjustmentConfig(), 4);
   EXPECT_LT(largestError(job, one.poses, std::vector<int>(5, 0)), 0.1 * kMillimetre);
-  EXPECT_LT(one.rms, 0.01 * one.rms_before);
+  EXPECT_LT(one.rms, 0.01 * rmsOfPairs(start, pairs, job.places, equations, 1));
   EXPECT_TRUE(one.covariances[0].isZero(0));
+  const JointAdjustment poses_only = adjustJointly(start, pairs, {0}, job.places, equations, {}, AdjustmentConfig(), 1);
+  EXPECT_TRUE(poses_only.covariances.empty());
   for (std::size_t i = 0; i < 5; ++i) {
+    EXPECT_TRUE(one.poses[i].matrix() == poses_only.poses[i].matrix());
     EXPECT_TRUE(one.poses[i].matrix() == four.poses[i].matrix());
     EXPECT_TRUE(one.covariances[i] == four.covariances[i]);
   }

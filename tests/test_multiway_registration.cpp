@@ -140,6 +140,26 @@ TEST_F(Room, allScansAreWhereTheyBelong)
   EXPECT_FALSE(map.loops.empty());
 }
 
+TEST_F(Room, posesOfTheGraphAreThoseBeforeAnyAdjustment)
+{
+  const MultiwayMap& map = mapOf(3);
+  MultiwayOptions options;
+  options.threads = 3;
+  options.adjustment.rounds = 1;
+  MultiwayRegistration registration(options);
+  addAll(registration);
+  room_links_.serve(registration);
+  const MultiwayMap less = registration.run();
+  double moved = 0, differ = 0;
+  for (std::size_t i = 0; i < 5; ++i) {
+    EXPECT_TRUE(less.graph_poses[i].matrix() == map.graph_poses[i].matrix()) << i;
+    moved = std::max(moved, (map.graph_poses[i].matrix() - map.scans[i].T_map_scan.matrix()).norm());
+    differ = std::max(differ, (less.scans[i].T_map_scan.matrix() - map.scans[i].T_map_scan.matrix()).norm());
+  }
+  EXPECT_GT(moved, 1e-5);
+  EXPECT_GT(differ, 1e-9); // else it would show nothing
+}
+
 TEST_F(Room, scansAtOnePlaceAreNamedAndKept)
 {
   const auto stationNotes = [](const MultiwayMap& map) {

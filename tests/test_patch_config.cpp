@@ -44,7 +44,6 @@ const std::map<std::string, std::string> kFlat = {
     {"preparation.viewpoint.levels[2].places", "so many that the best is among them"},
     {"preparation.viewpoint.levels[3].places", "two end at the same place"},
     {"preparation.viewpoint.grid_directions", "matters on open roads: test_hard_real_pairs, OpenRoad"},
-    {"search.little_overlap.promising", "0: one batch"},
     {"judgement.uncertainty.max_rotation", "directions are determined well or not at all; see test_pose_uncertainty"},
 };
 

@@ -178,6 +178,42 @@ TEST_F(PoseSearch, LittleOverlapRanksByVotesForEachOneAgainst)
     EXPECT_NEAR(pose.score, pose.votes / static_cast<double>(source_.votes.points.cols()), 1e-12);
 }
 
+TEST_F(PoseSearch, WhatScoresLessThanTheLeastScoreIsLeftOutAndNothingElse)
+{
+  PoseSearchOptions options;
+  options.pass.little_overlap = true;
+  options.visibility.free_margin = 0.05f;
+  options.pass.refined = 1000;
+  for (const bool with_image : {false, true}) {
+    options.config.screening_share = SearchConfig{}.screening_share;
+    options.least_score = 0;
+    const auto all = search(truth_.linear(), options, with_image);
+    ASSERT_GT(all.size(), 60U);
+    const auto expectFirst = [&](const std::vector<PoseHypothesis>& found, std::size_t least) {
+      ASSERT_GE(found.size(), least);
+      EXPECT_GE(found.back().score, options.least_score);
+      for (std::size_t i = 0; i < least; ++i) {
+        EXPECT_EQ(found[i].score, all[i].score);
+        EXPECT_EQ(found[i].votes, all[i].votes);
+        EXPECT_TRUE(found[i].T_target_source.matrix() == all[i].T_target_source.matrix());
+      }
+    };
+    for (const std::size_t last : {0, 5, 50}) {
+      options.least_score = all[last].score;
+      std::size_t count = last;
+      while (count < all.size() && all[count].score == all[last].score)
+        ++count;
+      // Every shift is looked at where those next to it need not promise anything.
+      options.config.screening_share = 0;
+      const auto exactly = search(truth_.linear(), options, with_image);
+      EXPECT_EQ(exactly.size(), count);
+      expectFirst(exactly, count);
+      options.config.screening_share = SearchConfig{}.screening_share;
+      expectFirst(search(truth_.linear(), options, with_image), 1);
+    }
+  }
+}
+
 /// The part of a corridor with bays on one side that is seen from \p x [m]: 6 m each way.
 std::vector<testing::Rectangle>
 bays(double x)

@@ -117,7 +117,6 @@ struct SearchPass {
   int peaks_first{};     ///< correlation peaks tried along the best observed axis, >= 1
   int peaks_second{};    ///< and along the second, >= 1
   int refined{};         ///< hypotheses refined, at most, >= 1
-  double promising{};    ///< share of the best vote count that the first batch of them has, [0, 1]; 0: one batch
   int distinct{};        ///< distinct poses that go on to the fine refinement, >= 1
   bool little_overlap{}; ///< by the votes for a pose for each one against it: scans that share little
 };
@@ -128,8 +127,6 @@ struct SearchConfig {
                                  ///< within it, rotations that are closer are merged, and surface faces
                                  ///< along an axis within twice it, as both may err
   int rotations = 24;            ///< best supported rotations that are searched: as many as a Manhattan room has
-  int first_rotations = 6;       ///< of them; what these find is what the others must promise (screening_share), which
-                                 ///< bounds the time: all at once solve the same 271 real pairs, a fifth slower
   int sweep_axes = 2; ///< >= 0; main normals about which rotations are swept where others do not determine them: three
                       ///< solve no more real pairs and no more simulated ones
   int sweep_steps = 40; ///< rotations about an axis, 9 degrees apart: half of it is in reach of the refinement
@@ -141,11 +138,13 @@ struct SearchConfig {
   double plans_below = 1;
   double screening_share = 0.5;    ///< of the best count of votes so far, that an eighth of them must promise
   double contradiction_weight = 2; ///< of a vote against a pose of scans that share much, rough as it is yet
-  /// Of 271 real pairs all solved ones had a pose near the truth with 0.65 of the most votes, of 375 simulated ones 373
-  /// with 0.4.
-  SearchPass much_overlap = {5, 8, 80, 0.4, 8, false};
-  /// For scans that share little, when the first pass does not decide: three times as many poses.
-  SearchPass little_overlap = {8, 24, 240, 0, 16, true};
+  /// Share of the most votes that poses have which are refined first. Of 271 real pairs all solved ones had a pose near
+  /// the truth with 0.65 of them, of 375 simulated ones 373 with 0.4.
+  double promising = 0.4;
+  SearchPass much_overlap = {5, 8, 80, 8, false}; ///< for scans that share much, first
+  /// For scans that share little, when the first pass does not decide: three times as many poses. As few peaks as in
+  /// the first pass solve as many listed pairs, and lose one of a map that has 12 % in common.
+  SearchPass little_overlap = {8, 24, 240, 16, true};
 };
 
 /// Refinement and polish of poses, and which of them are the same (METHOD, "Refinement").

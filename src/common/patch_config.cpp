@@ -81,8 +81,7 @@ numbersOf(PatchProfileConfig& config)
       NUMBER(judgement.which.second, Bound::NotNegative), NUMBER(judgement.which.third, Bound::NotNegative)
 #define PASS(which)                                                                                                    \
   NUMBER(search.which.peaks_first, Bound::AtLeastOne), NUMBER(search.which.peaks_second, Bound::AtLeastOne),           \
-      NUMBER(search.which.refined, Bound::AtLeastOne), NUMBER(search.which.promising, Bound::Share),                   \
-      NUMBER(search.which.distinct, Bound::AtLeastOne)
+      NUMBER(search.which.refined, Bound::AtLeastOne), NUMBER(search.which.distinct, Bound::AtLeastOne)
   return {NUMBER(preparation.min_points, Bound::AtLeastOne),
           NUMBER(preparation.smallest_radius, Bound::Positive),
           NUMBER(preparation.largest_radius, Bound::Positive),
@@ -125,13 +124,13 @@ numbersOf(PatchProfileConfig& config)
           NUMBER(preparation.viewpoint.contrast_distance, Bound::Positive, Scaling::Scene),
           NUMBER(search.direction_error, Bound::RightAngle),
           NUMBER(search.rotations, Bound::AtLeastOne),
-          NUMBER(search.first_rotations, Bound::AtLeastOne),
           NUMBER(search.sweep_axes, Bound::NotNegative),
           NUMBER(search.sweep_steps, Bound::AtLeastOne),
           NUMBER(search.round_share, Bound::Share),
           NUMBER(search.plans_below, Bound::Share),
           NUMBER(search.screening_share, Bound::Share),
           NUMBER(search.contradiction_weight, Bound::NotNegative),
+          NUMBER(search.promising, Bound::Share),
           PASS(much_overlap),
           PASS(little_overlap),
           NUMBER(refinement.coarse_reach, Bound::Positive, Scaling::Matches),

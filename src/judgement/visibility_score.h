@@ -31,18 +31,23 @@ enum class Visibility {
   Hidden   ///< behind it
 };
 
+/// Of a place at \p range [m] in a direction that is free up to \p free and where the farthest return is at
+/// \p farthest; see RangeImage.
+inline Visibility
+visibilityAt(float range, float free, float farthest, const VisibilityOptions& options)
+{
+  const bool is_free = range < options.free_ratio * free - options.free_margin;
+  const bool is_hidden = !(range < options.hidden_ratio * farthest + options.hidden_margin);
+  const Visibility seen = is_free ? Visibility::Free : is_hidden ? Visibility::Hidden : Visibility::AtDepth;
+  return free == 0 ? Visibility::Unseen : seen;
+}
+
 /// \param[in] ray from the viewpoint of \p image to the place [m], of any length > 0
 inline Visibility
 visibilityAt(const Eigen::Vector3f& ray, const RangeImage& image, const VisibilityOptions& options)
 {
   const std::size_t cell = image.cell(ray);
-  const float range = ray.norm(), free = image.freeRange(cell);
-  if (free == 0)
-    return Visibility::Unseen;
-  if (range < options.free_ratio * free - options.free_margin)
-    return Visibility::Free;
-  const bool is_hidden = !(range < options.hidden_ratio * image.farthest(cell) + options.hidden_margin);
-  return is_hidden ? Visibility::Hidden : Visibility::AtDepth;
+  return visibilityAt(ray.norm(), image.freeRange(cell), image.farthest(cell), options);
 }
 
 /// What a sample of some area [m^2] weighs: a patch is one observation, and a large one is hardly surer. By area a

@@ -399,7 +399,6 @@ adjustJointly(std::vector<Eigen::Isometry3d> poses,
   JointAdjustment result;
   const Network network(poses.size(), fixed);
   std::vector<MapEquations> found = linearise(poses, places, pairs, equations, threads);
-  result.rms_before = rmsOf(found);
   for (int round = 0; round < config.rounds && network.unknowns() > 0; ++round) {
     const Eigen::VectorXd step = solveStep(found, pairs, network, config.damping);
     if (step.size() == 0)
@@ -410,9 +409,20 @@ adjustJointly(std::vector<Eigen::Isometry3d> poses,
       break;
   }
   result.rms = rmsOf(found);
-  result.covariances = covariancesOf(poses, pairs, found, network, places, patches, config, threads);
+  if (patches)
+    result.covariances = covariancesOf(poses, pairs, found, network, places, patches, config, threads);
   result.poses = std::move(poses);
   return result;
+}
+
+double
+rmsOfPairs(const std::vector<Eigen::Isometry3d>& poses,
+           const std::vector<std::pair<int, int>>& pairs,
+           const std::vector<Eigen::Vector3d>& places,
+           const EquationsFunction& equations,
+           int threads)
+{
+  return rmsOf(linearise(poses, places, pairs, equations, threads));
 }
 
 } // namespace pcl_ssfr

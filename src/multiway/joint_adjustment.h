@@ -24,10 +24,9 @@ using PatchGradientsFunction =
 struct JointAdjustment {
   std::vector<Eigen::Isometry3d> poses; ///< T_map_scan
   /// Of small motions on the left about each scan's place, order (rotation [rad], translation [m]); zero of fixed ones,
-  /// NaN where the equations have no solution.
+  /// NaN where the equations have no solution. Empty where none were asked for.
   std::vector<Eigen::Matrix<double, 6, 6>> covariances;
-  double rms_before = 0; ///< of plane distances at the start [m]
-  double rms = 0;        ///< and at the end [m]
+  double rms = 0; ///< of plane distances [m]
 };
 
 /// The damping for a part of some scans: in a job by candidates, where parts are long rows, no more than those bend
@@ -47,6 +46,7 @@ dampingOf(const AdjustmentConfig& config, std::size_t scans, bool by_candidates)
  * \param[in] pairs (source, target) that overlap
  * \param[in] fixed scans whose poses are kept, at least one
  * \param[in] places of the sensors in the scans' frames [m]
+ * \param[in] patches empty: no covariances
  */
 JointAdjustment
 adjustJointly(std::vector<Eigen::Isometry3d> poses,
@@ -57,5 +57,13 @@ adjustJointly(std::vector<Eigen::Isometry3d> poses,
               const PatchGradientsFunction& patches,
               const AdjustmentConfig& config,
               int threads);
+
+/// Root mean square of the plane distances of all pairs at the poses [m]; see adjustJointly().
+double
+rmsOfPairs(const std::vector<Eigen::Isometry3d>& poses,
+           const std::vector<std::pair<int, int>>& pairs,
+           const std::vector<Eigen::Vector3d>& places,
+           const EquationsFunction& equations,
+           int threads);
 
 } // namespace pcl_ssfr

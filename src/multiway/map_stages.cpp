@@ -6,7 +6,7 @@
 #include "common/stage_clock.h"
 #include "judgement/scored_pose.h"
 #include "multiway/assembly.h"
-#include "multiway/joint_adjustment.h"
+#include "multiway/map_adjustment.h"
 #include "multiway/map_report.h"
 #include "multiway/parts.h"
 #include "multiway/placed_evidence.h"
@@ -45,9 +45,9 @@ public:
            const std::vector<PairLink>& links,
            MultiwayMap& map,
            const MultiwayRegistration::Progress& progress)
-      : input_(input), links_(links), map_(map), progress_(progress), threads_(static_cast<int>(input.options.threads)),
-        places_(placesOf(input, map)), evidence_(input, map, places_), alike_(input, links, map, places_, evidence_),
-        accepted_(tiedScans(input.decisions, {}, map.scans.size()))
+      : input_(input), links_(links), map_(map), progress_(progress), places_(placesOf(input, map)),
+        evidence_(input, map, places_), adjustment_(input, links, places_, evidence_, progress),
+        alike_(input, links, map, places_, evidence_), accepted_(tiedScans(input.decisions, {}, map.scans.size()))
   {
     for (const MapScan& scan : map.scans)
       names_.push_back(scan.name);
@@ -62,24 +62,24 @@ public:
     Placement placed = choose();
     map_.stages.push_back(clock.lap("choose", links_.size(), countParts(placed.assembly)));
     adjust(placed);
-    const bool is_chosen_anew = chooseAnewInDoubt(placed);
-    if (separateAlike(placed) || is_chosen_anew)
-      adjustAnew(placed);
+    chooseAnewInDoubt(placed);
+    separateAlike(placed);
+    const MapExactness exactness = adjustment_.adjustExactly(placed.assembly);
     for (std::string& note : alike_.repeatedStations(placed.assembly))
       map_.notes.push_back(std::move(note));
     map_.stages.push_back(clock.lap("adjust", names_.size(), countParts(placed.assembly)));
     const ChosenMap chosen = {links_,
                               placed.graph,
                               placed.assembly,
-                              placed.graph_poses,
-                              covariances_,
-                              fixedScans(placed.assembly),
+                              adjustment_.graphPoses(),
+                              exactness.covariances,
+                              fixedScans(placed.assembly, input_),
                               placed.reasons,
                               places_,
                               input_.decisions};
     describeMap(chosen, input_, map_);
-    map_.graph_error = weight_ > 0 ? std::sqrt(squares_before_ / weight_) : 0;
-    map_.bundle_error = weight_ > 0 ? std::sqrt(squares_ / weight_) : 0;
+    map_.graph_error = exactness.graph_error;
+    map_.bundle_error = exactness.bundle_error;
     map_.stages.push_back(clock.lap("report", links_.size(), links_.size()));
   }
 
@@ -88,9 +88,8 @@ private:
   struct Placement {
     HypothesisGraph graph;
     Assembly assembly;
-    std::vector<std::string> reasons;           ///< why scans stand apart
-    std::vector<Eigen::Isometry3d> graph_poses; ///< before the joint adjustment
-    bool is_distinguished = false;              ///< furniture distinguishes places that look alike
+    std::vector<std::string> reasons; ///< why scans stand apart
+    bool is_distinguished = false;    ///< furniture distinguishes places that look alike
   };
 
   /// Put the scans together.
@@ -103,6 +102,7 @@ private:
     report("choose", 1, 3);
     placed.assembly = assemble(
         links_, placed.graph, places_, evidenceFunction(), input_.decisions, names_, input_.options, poseTest());
+    adjustment_.startFrom(placed.assembly.poses);
     report("choose", 2, 3);
     placed.reasons.resize(names_.size());
     separateHanging(placed);
@@ -132,15 +132,15 @@ private:
   }
 
   /// Where sure links refute each other, or furniture finds many of them false, places look alike: all is put together
-  /// once more, by what distinguishes them. \return whether it was
-  bool
+  /// once more, by what distinguishes them.
+  void
   chooseAnewInDoubt(Placement& placed)
   {
     const FurnitureFindings furniture = alike_.findFurniture(placed.graph);
     const bool is_in_doubt = furniture.refutes || alike_.isRefutedAnywhere(placed.assembly, placed.graph) ||
                              (furniture.distinguishes && !alike_.storeys(placed.assembly).empty());
     if (!is_in_doubt)
-      return false;
+      return;
     placed.is_distinguished = furniture.distinguishes;
     map_.notes.resize(notes_); // of what is chosen anew
     report("choose", 2, 3);
@@ -149,6 +149,7 @@ private:
     // The beliefs by loops stay in the graph: what only outvoted links hold falls apart where scans are put apart.
     placed.assembly =
         assembleBySamePlace(links_, placed.graph, places_, odds, input_.decisions, input_.options, poseTest());
+    adjustment_.startFrom(placed.assembly.poses);
     placed.reasons.assign(names_.size(), "");
     report("choose", 3, 3);
     separateHanging(placed);
@@ -160,24 +161,22 @@ private:
         alike_.tied(),
         placed);
     separateHanging(placed);
-    return true;
   }
 
   /// Put scans apart of storeys that may be several, where furniture does not distinguish these, and of piles that may
-  /// belong elsewhere. \return whether there are any
-  bool
+  /// belong elsewhere.
+  void
   separateAlike(Placement& placed) const
   {
-    const bool is_storey = !placed.is_distinguished &&
-                           separate(alike_.storeys(placed.assembly),
-                                    "it may be of a storey that only looks like the one of the scans it is linked to",
-                                    placed);
+    if (!placed.is_distinguished)
+      separate(alike_.storeys(placed.assembly),
+               "it may be of a storey that only looks like the one of the scans it is linked to",
+               placed);
     const Piles piles = alike_.piles(placed.assembly);
     std::vector<int> in_piles;
     for (const auto& [i, pile] : piles)
       in_piles.push_back(i);
-    const bool is_rival = separateRivals(in_piles, piles, placed);
-    return is_storey || is_rival;
+    separateRivals(in_piles, piles, placed);
   }
 
   /// Joint adjustment, and scans out that do not bear it.
@@ -187,26 +186,20 @@ private:
     adjustHanging(placed);
     if (separateRivals(all(), {}, placed)) {
       separateHanging(placed);
-      adjustAnew(placed);
+      adjustment_.adjustRoughly(placed.assembly);
     }
   }
   /// Joint adjustment, and scans out that hang in free space by it.
   void
   adjustHanging(Placement& placed)
   {
-    adjustAnew(placed);
+    adjustment_.adjustRoughly(placed.assembly);
     if (separateHanging(placed))
-      adjustAnew(placed);
-  }
-  void
-  adjustAnew(Placement& placed)
-  {
-    placed.graph_poses = placed.assembly.poses;
-    adjustAll(placed.assembly);
+      adjustment_.adjustRoughly(placed.assembly);
   }
 
-  /// Put scans in doubt apart. \return whether there are any
-  bool
+  /// Put scans in doubt apart.
+  void
   separate(const std::vector<Doubt>& doubts, const char* reason, Placement& placed) const
   {
     std::vector<int> out;
@@ -214,7 +207,7 @@ private:
       map_.notes.push_back(doubt.note);
       out.insert(out.end(), doubt.scans.begin(), doubt.scans.end());
     }
-    return putApart(out, reason, alike_.tied(), placed);
+    putApart(out, reason, alike_.tied(), placed);
   }
 
   EvidenceFunction
@@ -290,24 +283,6 @@ private:
   countParts(const Assembly& assembly)
   {
     return membersOf(assembly).size();
-  }
-
-  /// The scan of each part that holds its frame.
-  std::vector<int>
-  fixedScans(const Assembly& assembly) const
-  {
-    std::vector<int> fixed;
-    for (const auto& [part, members] : membersOf(assembly)) {
-      const auto pinned = std::find_first_of(
-          input_.decisions.pinned.begin(), input_.decisions.pinned.end(), members.begin(), members.end());
-      const auto known = std::find_if(members.begin(), members.end(), [&](int i) {
-        return input_.priors[static_cast<std::size_t>(i)].has_value();
-      });
-      fixed.push_back(pinned != input_.decisions.pinned.end() ? *pinned
-                      : known != members.end()                ? *known
-                                                              : members.front());
-    }
-    return fixed;
   }
 
   /// What a person said of a scan that is tied to others, for people.
@@ -390,86 +365,17 @@ private:
     return putApart(out, kHasRival, piles.empty() ? accepted_ : alike_.tied(), placed);
   }
 
-  void
-  adjustAll(Assembly& assembly)
-  {
-    covariances_.assign(names_.size(), Eigen::Matrix<double, 6, 6>::Zero());
-    squares_before_ = squares_ = weight_ = 0;
-    const std::vector<int> fixed = fixedScans(assembly);
-    std::size_t done = 0;
-    const auto parts = membersOf(assembly);
-    for (const auto& [part, members] : parts) {
-      report("adjust", done++, parts.size());
-      if (members.size() < 2)
-        continue;
-      adjustPart(assembly, members, fixed);
-    }
-    report("adjust", parts.size(), parts.size());
-  }
-
-  void
-  adjustPart(Assembly& assembly, const std::vector<int>& members, const std::vector<int>& fixed)
-  {
-    const auto pairs = pairsOf(members);
-    const std::vector<PlacementEvidence>& evidence = evidence_.of(assembly, members, pairs);
-    std::map<std::pair<int, int>, char> linked;
-    for (std::size_t k = 0; k < links_.size(); ++k)
-      if (assembly.used[k] >= 0)
-        linked[{links_[k].source, links_[k].target}] = 1;
-    std::vector<int> number(names_.size(), -1);
-    std::vector<Eigen::Isometry3d> poses;
-    std::vector<Eigen::Vector3d> places;
-    std::vector<int> held;
-    for (const int i : members) {
-      number[static_cast<std::size_t>(i)] = static_cast<int>(poses.size());
-      if (std::find(fixed.begin(), fixed.end(), i) != fixed.end())
-        held.push_back(static_cast<int>(poses.size()));
-      poses.push_back(assembly.poses[static_cast<std::size_t>(i)]);
-      places.push_back(places_[static_cast<std::size_t>(i)]);
-    }
-    std::vector<std::pair<int, int>> taken, numbered;
-    for (std::size_t k = 0; k < pairs.size(); ++k) {
-      const PlacementEvidence& e = evidence[k];
-      const bool overlaps = e.matched >= input_.options.adjustment.least_matched * e.total &&
-                            scoreOf(e, contradictionWeight(input_.options)) > 0;
-      if (!overlaps && linked.count(pairs[k]) == 0)
-        continue;
-      taken.push_back(pairs[k]);
-      numbered.emplace_back(number[static_cast<std::size_t>(pairs[k].first)],
-                            number[static_cast<std::size_t>(pairs[k].second)]);
-    }
-    AdjustmentConfig config = input_.options.adjustment;
-    config.damping = dampingOf(config, members.size(), input_.is_large);
-    const EquationsFunction equations = [&](std::size_t k, const Eigen::Isometry3d& T) {
-      return equationsAt(scan(taken[k].first), scan(taken[k].second), T, input_.options);
-    };
-    const PatchGradientsFunction patches = [&](std::size_t k, const Eigen::Isometry3d& T, bool of_source) {
-      return patchGradientsAt(scan(taken[k].first), scan(taken[k].second), T, input_.options, of_source);
-    };
-    const JointAdjustment adjusted = adjustJointly(poses, numbered, held, places, equations, patches, config, threads_);
-    for (std::size_t m = 0; m < members.size(); ++m) {
-      assembly.poses[static_cast<std::size_t>(members[m])] = adjusted.poses[m];
-      covariances_[static_cast<std::size_t>(members[m])] = adjusted.covariances[m];
-    }
-    const auto count = static_cast<double>(taken.size());
-    weight_ += count;
-    squares_before_ += count * adjusted.rms_before * adjusted.rms_before;
-    squares_ += count * adjusted.rms * adjusted.rms;
-  }
-
   const MapInput& input_;
   const std::vector<PairLink>& links_;
   MultiwayMap& map_;
   const MultiwayRegistration::Progress& progress_;
-  int threads_;
   std::vector<std::string> names_;
   std::vector<Eigen::Vector3d> places_; ///< of the sensors in the frames of their scans [m]
   PlacedEvidence evidence_;
+  MapAdjustment adjustment_;
   PlacesAlike alike_;
   std::vector<int> accepted_; ///< tiedScans() by accepted links alone
-  std::vector<Eigen::Matrix<double, 6, 6>> covariances_;
-  double squares_before_ = 0, squares_ = 0, weight_ = 0;
-  std::size_t notes_ = 0; ///< on what was decided
+  std::size_t notes_ = 0;     ///< on what was decided
 };
 
 } // namespace

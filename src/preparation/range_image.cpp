@@ -4,7 +4,7 @@
 #include "preparation/range_image.h"
 
 #include "common/angles.h"
-#include "common/vector_clones.h"
+#include "preparation/sight_block.h"
 
 #include <algorithm>
 #include <array>
@@ -12,51 +12,6 @@
 #include <limits>
 
 namespace pcl_ssfr {
-
-namespace {
-
-/// Some points as seen from a place: arrays, so that the compiler can handle several points at once.
-struct SightBlock {
-  static constexpr std::size_t kSize = kBlockSize;
-  using Floats = std::array<float, kSize>;
-
-  Floats x, y, z; ///< from the place [m]
-  Floats range;   ///< [m]
-  std::array<int, kSize> cells;
-
-  /// \p count of \p points from column \p first on.
-  PCL_SSFR_VECTOR_CLONES void
-  look(const Eigen::Matrix3Xf& points,
-       std::size_t first,
-       std::size_t count,
-       const Eigen::Vector3f& place,
-       const DirectionGrid& grid)
-  {
-    const float* const coordinates = points.data() + 3 * first;
-    look({coordinates, coordinates + 1, coordinates + 2}, 3, count, place, grid);
-  }
-
-  /// \p count points whose coordinates are \p stride apart in arrays.
-  [[gnu::always_inline]] inline void
-  look(const std::array<const float*, 3>& points,
-       std::size_t stride,
-       std::size_t count,
-       const Eigen::Vector3f& place,
-       const DirectionGrid& grid)
-  {
-    for (std::size_t i = 0; i < count; ++i) {
-      x[i] = points[0][stride * i] - place.x();
-      y[i] = points[1][stride * i] - place.y();
-      z[i] = points[2][stride * i] - place.z();
-    }
-    for (std::size_t i = 0; i < count; ++i)
-      range[i] = std::sqrt(x[i] * x[i] + (y[i] * y[i] + z[i] * z[i]));
-    for (std::size_t i = 0; i < count; ++i)
-      cells[i] = grid.cell(x[i], y[i], z[i]);
-  }
-};
-
-} // namespace
 
 DirectionGrid::DirectionGrid(double cell)
     : resolution_(std::max(1, static_cast<int>(std::ceil(90 * kDegree / cell)))),
@@ -138,7 +93,7 @@ RangeImage::findFree(
   SightBlock block;
   for (std::size_t first = 0; first < count; first += SightBlock::kSize) {
     const std::size_t n = std::min(SightBlock::kSize, count - first);
-    block.look({places[0] + first, places[1] + first, places[2] + first}, 1, n, viewpoint_, grid_);
+    block.look(std::array{places[0] + first, places[1] + first, places[2] + first}, 1, n, viewpoint_, grid_);
     for (std::size_t i = 0; i < n; ++i) {
       const float reach = free_[static_cast<std::size_t>(block.cells[i])];
       free[first + i] = static_cast<int>(reach > 0) & static_cast<int>(block.range[i] < ratio * reach - margin);

@@ -120,6 +120,11 @@ public:
   {
     return (nearest_.size() + farthest_.size() + free_.size()) * sizeof(float);
   }
+  const DirectionGrid&
+  grid() const
+  {
+    return grid_;
+  }
   /// DirectionGrid::cell().
   std::size_t
   cell(const Eigen::Vector3f& d) const

@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <functional>
 
 namespace pcl_ssfr {
 
@@ -22,6 +23,21 @@ fewDirectionsText(const std::vector<MainNormal>& source, const std::vector<MainN
                     : !hasPair(target, RotationOptions{}) ? "the target scan"
                                                           : nullptr;
   return few ? std::string(few) + " has planes in fewer than two directions" : "";
+}
+
+/// What a pose must score to be one of the best \p count of those found; 0: any is.
+double
+scoreOfLast(std::size_t count, const std::vector<std::vector<PoseHypothesis>>& found)
+{
+  std::vector<double> scores;
+  for (const std::vector<PoseHypothesis>& some : found)
+    for (const PoseHypothesis& pose : some)
+      scores.push_back(pose.score);
+  if (scores.size() < count)
+    return 0;
+  const auto last = scores.begin() + static_cast<std::ptrdiff_t>(count) - 1;
+  std::nth_element(scores.begin(), last, scores.end(), std::greater<>());
+  return *last;
 }
 
 } // namespace
@@ -79,7 +95,7 @@ HypothesisSource::searchMostVotes()
   const SearchPass& pass = pair_.config().search.much_overlap;
   rotations_ = proposeRotations();
   hypotheses_ = searchTranslations(pass);
-  const double least = hypotheses_.empty() ? 0 : pass.promising * hypotheses_.front().score;
+  const double least = hypotheses_.empty() ? 0 : pair_.config().search.promising * hypotheses_.front().score;
   const auto promising = std::find_if(
       hypotheses_.begin(), hypotheses_.end(), [&](const PoseHypothesis& h) { return least > 0 && h.score < least; });
   HypothesisBatch batch = takeBatch(static_cast<std::size_t>(promising - hypotheses_.begin()), pass);
@@ -223,14 +239,15 @@ HypothesisSource::searchTranslations(const SearchPass& pass)
   return found;
 }
 
-/// The same, each rotation by a thread of its own; in their order. What the best supported rotations find shows for
-/// which translations of the others it is worth to count all votes.
+/// The same, each rotation by a thread of its own; in their order. They are searched in groups, the best supported ones
+/// first: what these find shows for which translations of the others it is worth to count all votes.
 std::vector<PoseHypothesis>
-HypothesisSource::searchTranslationsOfAll(const PoseSearchOptions& options) const
+HypothesisSource::searchTranslationsOfAll(PoseSearchOptions options) const
 {
+  constexpr std::size_t kFirst = 2, kGrowth = 3; // rotations of the first group; 2 in 6, 6 in 18, and so on
   std::vector<std::vector<PoseHypothesis>> found(rotations_.size());
-  int rival_votes = 0;
-  const auto search = [&](std::size_t first, std::size_t end) {
+  for (std::size_t first = 0, end = kFirst; first < rotations_.size(); first = end, end *= kGrowth) {
+    end = std::min(end, rotations_.size());
     forEachInParallel(static_cast<std::int64_t>(end - first), 1, pair_.threads(), [&](std::int64_t k) {
       if (pair_.outOfTime())
         return;
@@ -238,7 +255,6 @@ HypothesisSource::searchTranslationsOfAll(const PoseSearchOptions& options) cons
       const Eigen::Matrix3d& R = rotations_[i].R_target_source;
       PoseSearchOptions own = options;
       own.window = pair_.priors().translationWindow(R, options.peak_separation);
-      own.rival_votes = rival_votes;
       found[i] = pcl_ssfr::searchTranslations(pair_.source().patches.samples,
                                               pair_.source().votes,
                                               pair_.target().patches.samples,
@@ -248,14 +264,11 @@ HypothesisSource::searchTranslationsOfAll(const PoseSearchOptions& options) cons
                                               R,
                                               own);
     });
-  };
-  const std::size_t first =
-      std::min(static_cast<std::size_t>(pair_.config().search.first_rotations), rotations_.size());
-  search(0, first);
-  for (const std::vector<PoseHypothesis>& some : found)
-    for (const PoseHypothesis& pose : some)
-      rival_votes = std::max(rival_votes, pose.votes);
-  search(first, rotations_.size());
+    for (std::size_t i = first; i < end; ++i)
+      for (const PoseHypothesis& pose : found[i])
+        options.rival_votes = std::max(options.rival_votes, pose.votes);
+    options.least_score = scoreOfLast(static_cast<std::size_t>(options.pass.refined), found);
+  }
   std::vector<PoseHypothesis> poses;
   for (const std::vector<PoseHypothesis>& some : found)
     poses.insert(poses.end(), some.begin(), some.end());

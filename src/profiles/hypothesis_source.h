@@ -91,7 +91,7 @@ private:
   std::vector<PoseHypothesis>
   searchTranslations(const SearchPass& pass);
   std::vector<PoseHypothesis>
-  searchTranslationsOfAll(const PoseSearchOptions& options) const;
+  searchTranslationsOfAll(PoseSearchOptions options) const;
   HypothesisBatch
   takeBatch(std::size_t end, const SearchPass& pass);
   HypothesisBatch

@@ -140,6 +140,8 @@ searchPlans(const PlanScan& source,
         findLeastContradicted(
             counter,
             {start.cast<float>(), (step * along).cast<float>(), static_cast<std::size_t>(4 * lines + 1)},
+            options.voting.config,
+            best.score,
             voted);
       }
       for (const VotedTranslation& candidate : voted) {

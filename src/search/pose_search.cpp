@@ -364,7 +364,7 @@ searchTranslations(const OrientedSamples& source,
                            (axes.col(2) * options.step).cast<float>(),
                            shifts};
       if (options.pass.little_overlap)
-        findLeastContradicted(counter, line, found);
+        findLeastContradicted(counter, line, options.config, options.least_score, found);
       else
         findMostVoted(counter, line, options.config, best_screened, found);
     }

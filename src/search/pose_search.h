@@ -28,6 +28,7 @@ struct PoseSearchOptions {
   double step = RefinementConfig{}.coarse_reach / 2;             ///< of the exhaustive search along the third axis [m]
   double peak_separation = RefinementConfig{}.distinct_distance; ///< [m]
   int rival_votes = 0; ///< for a pose that is known: where less than a share of as many is promised, none are counted
+  double least_score = 0; ///< with SearchPass::little_overlap: poses that score less are left out, [0, 1]
   VisibilityOptions visibility;
   Deadline deadline;                 ///< when it has passed no further line of shifts is looked at
   std::optional<ShiftWindow> window; ///< none: every translation

@@ -4,6 +4,7 @@
 #include "search/vote_count.h"
 
 #include <algorithm>
+#include <iterator>
 
 namespace pcl_ssfr {
 
@@ -27,27 +28,48 @@ findMostVoted(const VoteCounter& counter,
     if (s + 1 < line.count)
       counts[s + 1] = counter.votesFor(line[s + 1]);
   }
+  std::vector<std::int32_t> facing(static_cast<std::size_t>(counter.size()));
+  const auto against = [&](std::size_t s) {
+    counter.findVotesFor(line[s], facing);
+    return counter.votesAgainst(line[s], facing, static_cast<double>(facing.size()));
+  };
   for (std::size_t s = 0; s < line.count; ++s) {
     const int count = counts[s];
     if (count == 0 || (s > 0 && counts[s - 1] > count) || (s + 1 < line.count && counts[s + 1] >= count))
       continue;
-    found.push_back({line[s], count, count - config.contradiction_weight * counter.votesAgainst(line[s])});
+    found.push_back({line[s], count, count - config.contradiction_weight * against(s)});
   }
 }
 
 void
-findLeastContradicted(const VoteCounter& counter, const ShiftLine& line, std::vector<VotedTranslation>& found)
+findLeastContradicted(const VoteCounter& counter,
+                      const ShiftLine& line,
+                      const SearchConfig& config,
+                      double least_score,
+                      std::vector<VotedTranslation>& found)
 {
   const std::vector<int> screened = counter.screen(line.everySecond());
-  for (std::size_t s = 0; s < line.count; ++s) {
-    // The shifts with an even number are screened, the others count where a neighbour does.
-    const int before = screened[s / 2], after = screened[std::min(s / 2 + s % 2, screened.size() - 1)];
-    if (std::max(before, after) == 0)
-      continue;
-    const int count = s % 2 == 0 ? before + counter.otherVotesFor(line[s]) : counter.votesFor(line[s]);
+  const auto all = static_cast<double>(counter.size());
+  const double promising = config.screening_share * least_score * all;
+  std::vector<std::int32_t> facing(static_cast<std::size_t>(counter.size()));
+  std::vector<VotedTranslation> seen(line.count);
+  const auto look = [&](std::size_t s) {
+    const int count = counter.findVotesFor(line[s], facing);
     if (count > 0)
-      found.push_back({line[s], count, count / (1.0 + counter.votesAgainst(line[s]))});
+      seen[s] = {line[s], count, count / (1.0 + counter.votesAgainst(line[s], facing, count / promising))};
+  };
+  for (std::size_t s = 0; s < line.count; s += 2)
+    if (screened[s / 2] > 0)
+      look(s);
+  for (std::size_t s = 1; s < line.count; s += 2) {
+    const std::size_t after = std::min(s + 1, line.count - 1);
+    const auto promises = [&](std::size_t k) { return screened[k / 2] > 0 && seen[k].score >= promising; };
+    if (promises(s - 1) || (after > s && promises(after)))
+      look(s);
   }
+  std::copy_if(seen.begin(), seen.end(), std::back_inserter(found), [&](const VotedTranslation& shift) {
+    return shift.votes > 0 && shift.score / all >= least_score;
+  });
 }
 
 } // namespace pcl_ssfr

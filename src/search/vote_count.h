@@ -14,6 +14,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <numeric>
 #include <vector>
 
 namespace pcl_ssfr {
@@ -66,7 +67,6 @@ public:
   {
     return index_.countFacing(probes_, screened_, probes_.x.size(), t);
   }
-
   /// Votes for the translation among all.
   int
   votesFor(const Eigen::Vector3f& t) const
@@ -74,27 +74,34 @@ public:
     return index_.countFacing(probes_, 0, probes_.x.size(), t);
   }
 
-  /// Samples that hang in the free space of the target.
+  /// The same. \param[out] facing of size() elements: 1 for a vote for it, else 0
   int
-  votesAgainst(const Eigen::Vector3f& t) const
+  findVotesFor(const Eigen::Vector3f& t, std::vector<std::int32_t>& facing) const
+  {
+    index_.findFacing(probes_, 0, probes_.x.size(), t, facing.data());
+    return std::accumulate(facing.begin(), facing.end(), 0);
+  }
+  /// Samples that hang in the free space of the target. Counting ends when there are more than \p most.
+  /// \param[in] facing of findVotesFor()
+  int
+  votesAgainst(const Eigen::Vector3f& t, const std::vector<std::int32_t>& facing, double most) const
   {
     if (!image_)
       return 0;
     const std::size_t end = probes_.x.size();
     int votes = 0;
     std::array<float, kBatchSize> x, y, z;
-    std::array<std::int32_t, kBatchSize> facing, free;
-    for (std::size_t first = 0; first < end; first += kBatchSize) {
+    std::array<std::int32_t, kBatchSize> free;
+    for (std::size_t first = 0; first < end && votes <= most; first += kBatchSize) {
       const std::size_t n = std::min(kBatchSize, end - first);
       for (std::size_t i = 0; i < n; ++i) {
         x[i] = probes_.x[first + i] + t.x();
         y[i] = probes_.y[first + i] + t.y();
         z[i] = probes_.z[first + i] + t.z();
       }
-      index_.findFacing(probes_, first, first + n, t, facing.data());
       image_->findFree({x.data(), y.data(), z.data()}, n, options_.free_ratio, options_.free_margin, free.data());
       for (std::size_t i = 0; i < n; ++i)
-        votes += free[i] & ~facing[i];
+        votes += free[i] & ~facing[first + i];
     }
     return votes;
   }
@@ -124,8 +131,15 @@ findMostVoted(const VoteCounter& counter,
               int& best_screened,
               std::vector<VotedTranslation>& found);
 
-/// The shifts of a line that have votes. They score by the votes for them over those against them, and one.
+/** \brief The shifts of a line that have votes. They score by the votes for them over those against them, and one.
+ * \param[in] least_score what scores less than this, as a share of all votes, is left out. Every second shift must have
+ * SearchConfig::screening_share of it for those around it to be looked at
+ */
 void
-findLeastContradicted(const VoteCounter& counter, const ShiftLine& line, std::vector<VotedTranslation>& found);
+findLeastContradicted(const VoteCounter& counter,
+                      const ShiftLine& line,
+                      const SearchConfig& config,
+                      double least_score,
+                      std::vector<VotedTranslation>& found);
 
 } // namespace pcl_ssfr
