@@ -145,19 +145,17 @@ TEST_F(Room, posesOfTheGraphAreThoseBeforeAnyAdjustment)
   const MultiwayMap& map = mapOf(3);
   MultiwayOptions options;
   options.threads = 3;
-  options.adjustment.rounds = 1;
+  options.adjustment.damping = 1e3; // then hardly anything moves
   MultiwayRegistration registration(options);
   addAll(registration);
   room_links_.serve(registration);
-  const MultiwayMap less = registration.run();
-  double moved = 0, differ = 0;
+  const MultiwayMap unmoved = registration.run();
+  double moved = 0;
   for (std::size_t i = 0; i < 5; ++i) {
-    EXPECT_TRUE(less.graph_poses[i].matrix() == map.graph_poses[i].matrix()) << i;
-    moved = std::max(moved, (map.graph_poses[i].matrix() - map.scans[i].T_map_scan.matrix()).norm());
-    differ = std::max(differ, (less.scans[i].T_map_scan.matrix() - map.scans[i].T_map_scan.matrix()).norm());
+    EXPECT_TRUE(unmoved.graph_poses[i].matrix() == map.graph_poses[i].matrix()) << i;
+    moved = std::max(moved, (unmoved.scans[i].T_map_scan.matrix() - map.scans[i].T_map_scan.matrix()).norm());
   }
-  EXPECT_GT(moved, 1e-5);
-  EXPECT_GT(differ, 1e-9); // else it would show nothing
+  EXPECT_GT(moved, 1e-5); // else it would show nothing
 }
 
 TEST_F(Room, scansAtOnePlaceAreNamedAndKept)
