@@ -16,7 +16,6 @@
 #include "multiway/scan_pair.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <map>
 #include <numeric>

@@ -4,6 +4,7 @@
 #include "preparation/range_image.h"
 
 #include "common/angles.h"
+#include "common/vector_clones.h"
 #include "preparation/sight_block.h"
 
 #include <algorithm>
@@ -12,6 +13,23 @@
 #include <limits>
 
 namespace pcl_ssfr {
+
+namespace {
+
+/// \p count of \p points from column \p first on.
+PCL_SSFR_VECTOR_CLONES void
+lookAt(const Eigen::Matrix3Xf& points,
+       std::size_t first,
+       std::size_t count,
+       const Eigen::Vector3f& place,
+       const DirectionGrid& grid,
+       SightBlock& block)
+{
+  const float* const coordinates = points.data() + 3 * first;
+  block.look(std::array{coordinates, coordinates + 1, coordinates + 2}, 3, count, place, grid);
+}
+
+} // namespace
 
 DirectionGrid::DirectionGrid(double cell)
     : resolution_(std::max(1, static_cast<int>(std::ceil(90 * kDegree / cell)))),
@@ -32,7 +50,7 @@ depthSpans(const Eigen::Matrix3Xf& points,
     if (first % kPointsPerLook == 0 && deadline.hasPassed())
       break;
     const std::size_t count = std::min(SightBlock::kSize, n - first);
-    block.look(points, first, count, viewpoint, grid);
+    lookAt(points, first, count, viewpoint, grid, block);
     for (std::size_t i = 0; i < count; ++i) {
       const float range = block.range[i];
       if (!(range > 0 && range < kNothing))

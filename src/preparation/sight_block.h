@@ -23,18 +23,6 @@ struct SightBlock {
   Floats range;   ///< [m]
   std::array<int, kSize> cells;
 
-  /// \p count of \p points from column \p first on.
-  PCL_SSFR_VECTOR_CLONES void
-  look(const Eigen::Matrix3Xf& points,
-       std::size_t first,
-       std::size_t count,
-       const Eigen::Vector3f& place,
-       const DirectionGrid& grid)
-  {
-    const float* const coordinates = points.data() + 3 * first;
-    look(std::array{coordinates, coordinates + 1, coordinates + 2}, 3, count, place, grid);
-  }
-
   /// \p count points whose coordinates, floats or doubles, are \p stride apart in arrays.
   template <typename Scalar>
   [[gnu::always_inline]] inline void

@@ -267,7 +267,8 @@ HypothesisSource::searchTranslationsOfAll(PoseSearchOptions options) const
     for (std::size_t i = first; i < end; ++i)
       for (const PoseHypothesis& pose : found[i])
         options.rival_votes = std::max(options.rival_votes, pose.votes);
-    options.least_score = scoreOfLast(static_cast<std::size_t>(options.pass.refined), found);
+    if (options.pass.little_overlap)
+      options.least_score = scoreOfLast(static_cast<std::size_t>(options.pass.refined), found);
   }
   std::vector<PoseHypothesis> poses;
   for (const std::vector<PoseHypothesis>& some : found)
