@@ -577,20 +577,19 @@ TEST(JointAdjustment, longRowsBendAsTheirLinksSay)
   const PatchGradientsFunction no_patches = [](std::size_t, const Eigen::Isometry3d&, bool) {
     return PatchGradients{PatchGradients::Columns(6, 0), PatchGradients::Columns(6, 0)};
   };
-  const auto lastHeading = [&](bool by_candidates) {
+  const auto lastHeading = [&](double damping) {
     AdjustmentConfig config;
-    config.damping = dampingOf(config, kScans, by_candidates);
+    config.damping = damping;
     const std::vector<Eigen::Vector3d> places(kScans, Eigen::Vector3d::Zero());
     const JointAdjustment adjusted = adjustJointly(row, pairs, {0}, places, equations, no_patches, config, 1);
     return std::atan2(adjusted.poses.back().linear()(1, 0), adjusted.poses.back().linear()(0, 0));
   };
-  EXPECT_NEAR(lastHeading(true), (kScans - 1) * kBend, 0.01 * kScans * kBend);
-  EXPECT_LT(lastHeading(false), 0.9 * kScans * kBend); // in a job of all pairs no part is such a row
+  EXPECT_NEAR(lastHeading(dampingOf(AdjustmentConfig(), kScans)), (kScans - 1) * kBend, 0.01 * kScans * kBend);
+  EXPECT_LT(lastHeading(AdjustmentConfig().damping), 0.9 * kScans * kBend);
 
-  EXPECT_EQ(dampingOf(AdjustmentConfig(), 10, true), AdjustmentConfig().damping);
-  EXPECT_EQ(dampingOf(AdjustmentConfig(), 1000, false), AdjustmentConfig().damping);
+  EXPECT_EQ(dampingOf(AdjustmentConfig(), 10), AdjustmentConfig().damping);
   // 1 plus less than half of epsilon is 1: such damping would be none.
-  EXPECT_GT(dampingOf(AdjustmentConfig(), 100000, true), std::numeric_limits<double>::epsilon());
+  EXPECT_GT(dampingOf(AdjustmentConfig(), 100000), std::numeric_limits<double>::epsilon());
 }
 
 TEST(JointAdjustment, whatNothingDeterminesStays)

@@ -179,6 +179,29 @@ TEST_F(PosesOfARoom, WhenALeaderLosesByItsPolishTheNextIsPolished)
   EXPECT_TRUE(polished[1].polish);
 }
 
+TEST_F(PosesOfARoom, WhatWillNotBeAcceptedIsNotMadeMoreExact)
+{
+  const auto polished = [&] {
+    const PatchPair scans = pair();
+    std::vector<ScoredPose> poses = {scored(scans, 0.05 * scans.scale()), scored(scans, 1.0)};
+    poses[1].log_prior += logOdds(poses[0], poses[1], scans.posteriorModel()) - 0.01; // a rival, just behind
+    const Eigen::Matrix4d start = poses[0].T_target_source.matrix();
+    poses = polishLeaders(scans, poses, stages_);
+    EXPECT_TRUE(poses[0].polish);
+    EXPECT_GT(uncertaintyOf(scans, poses[0]).information.norm(), 0);
+    return std::make_pair(poses, poses[0].T_target_source.matrix() == start);
+  };
+  const auto [likely, likely_stays] = polished();
+  EXPECT_FALSE(likely_stays);
+  EXPECT_TRUE(likely[1].polish);
+  PosteriorConfig& posterior = options_.patch_profile.judgement.posterior;
+  posterior.known -= 50; // "none of them" is far more probable
+  const auto [unlikely, unlikely_stays] = polished();
+  EXPECT_TRUE(unlikely_stays);
+  ASSERT_EQ(unlikely.size(), 2U); // no other optimum was looked for
+  EXPECT_FALSE(unlikely[1].polish);
+}
+
 /// A corridor between rows of fins that repeat: one period along it, the same surfaces meet again.
 TEST(NeighbouringOptima, AreRivalsOfTheBestPose)
 {

@@ -379,11 +379,11 @@ covariancesOf(const std::vector<Eigen::Isometry3d>& poses,
 } // namespace
 
 double
-dampingOf(const AdjustmentConfig& config, std::size_t scans, bool by_candidates)
+dampingOf(const AdjustmentConfig& config, std::size_t scans)
 {
   constexpr double kRounding = 1e-13; // of a sum of hundreds of terms: less damping would be lost in it
   const double of_row = std::max(kRounding, config.damping_of_row / std::pow(static_cast<double>(scans), 4));
-  return by_candidates ? std::min(config.damping, of_row) : config.damping;
+  return std::min(config.damping, of_row);
 }
 
 JointAdjustment

@@ -29,10 +29,10 @@ struct JointAdjustment {
   double rms = 0; ///< of plane distances [m]
 };
 
-/// The damping for a part of some scans: in a job by candidates, where parts are long rows, no more than those bend
-/// against (AdjustmentConfig::damping_of_row).
+/// The damping for a part of some scans: no more than a row of as many bends against
+/// (AdjustmentConfig::damping_of_row).
 double
-dampingOf(const AdjustmentConfig& config, std::size_t scans, bool by_candidates);
+dampingOf(const AdjustmentConfig& config, std::size_t scans);
 
 /** \brief All poses of a part at once: the plane distances of all overlapping pairs are made small together.
  *

@@ -60,7 +60,7 @@ MapAdjustment::networkOf(const Assembly& assembly, const std::vector<int>& membe
   Network network;
   network.members = members;
   network.config = input_.options.adjustment;
-  network.config.damping = dampingOf(network.config, members.size(), input_.is_large);
+  network.config.damping = dampingOf(network.config, members.size());
   std::vector<int> number(places_.size(), -1);
   for (const int i : members) {
     const auto next = static_cast<int>(network.places.size());

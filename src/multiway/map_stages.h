@@ -19,7 +19,6 @@ struct MapInput {
   const std::vector<std::optional<PosePrior>>& priors;
   const Decisions& decisions;
   const MultiwayOptions& options;
-  bool is_large; ///< scans that are too far from each other to share anything are not looked at
 };
 
 /** \brief Choose, adjust and describe: all after linking.

@@ -477,7 +477,7 @@ MultiwayRegistration::run(const Progress& progress)
   map.stages.push_back({"prepare", s.prepare_seconds, s.scans.size(), usable});
   const std::vector<PairLink> links = s.linkAll(decisions.accepted, progress);
   map.stages.push_back(clock.lap("link", usable, links.size()));
-  const MapInput input = {s.prepared, s.original, s.priors, decisions, s.options, s.isByCandidates()};
+  const MapInput input = {s.prepared, s.original, s.priors, decisions, s.options};
   makeMap(input, links, map, progress);
   writeToProject(map);
   return map;

@@ -16,7 +16,7 @@ PlacedEvidence::PlacedEvidence(const MapInput& input,
                                const std::vector<Eigen::Vector3d>& places)
     : input_(input), places_(places)
 {
-  for (std::size_t i = 0; i < map.scans.size() && input.is_large; ++i)
+  for (std::size_t i = 0; i < map.scans.size(); ++i)
     sights_.push_back(map.scans[i].usable ? sightOf(input.prepared[i]) : SightOfScan());
 }
 
@@ -24,7 +24,7 @@ bool
 PlacedEvidence::areTooFar(int source, int target, const Eigen::Isometry3d& T_target_source) const
 {
   const auto s = static_cast<std::size_t>(source), t = static_cast<std::size_t>(target);
-  return input_.is_large && (T_target_source * places_[s] - places_[t]).norm() > sights_[s].reach + sights_[t].reach;
+  return (T_target_source * places_[s] - places_[t]).norm() > sights_[s].reach + sights_[t].reach;
 }
 
 PlacementEvidence

@@ -21,11 +21,11 @@ public:
   /// \param[in] places of the sensors in the frames of their scans [m]
   PlacedEvidence(const MapInput& input, const MultiwayMap& map, const std::vector<Eigen::Vector3d>& places);
 
-  /// Whether two scans of a large job are too far from each other to share anything.
+  /// Whether two scans are too far from each other to share anything.
   bool
   areTooFar(int source, int target, const Eigen::Isometry3d& T_target_source) const;
 
-  /// Of two scans at a pose; none in a large job where they are too far from each other to share anything.
+  /// Of two scans at a pose; none where they are too far from each other to share anything.
   PlacementEvidence
   at(int source, int target, const Eigen::Isometry3d& T_target_source, double looseness) const;
 
@@ -43,7 +43,7 @@ private:
 
   const MapInput& input_;
   const std::vector<Eigen::Vector3d>& places_;
-  std::vector<SightOfScan> sights_; ///< of a large job
+  std::vector<SightOfScan> sights_; ///< of each scan
   std::map<int, Part> known_;       ///< by the first scan of the part
 };
 

@@ -307,7 +307,7 @@ PatchIndex::countFacingAlong(const ShiftLine& line, const Probes& probes, std::s
   return facing;
 }
 
-int
+[[gnu::always_inline]] inline int
 PatchIndex::findIn(std::size_t voxel,
                    const Eigen::Vector3f& p,
                    const Eigen::Vector3f& n,
@@ -330,6 +330,13 @@ PatchIndex::findIn(std::size_t voxel,
     best_distance = meets ? off[0] : best_distance;
   }
   return best;
+}
+
+int
+PatchIndex::find(const Eigen::Vector3f& p, const Eigen::Vector3f& n, const Tolerance& tolerance) const
+{
+  const std::int64_t v = voxelAt(p);
+  return v < 0 ? -1 : findIn(static_cast<std::size_t>(v), p, n, tolerance);
 }
 
 PCL_SSFR_VECTOR_CLONES void

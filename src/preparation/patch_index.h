@@ -150,11 +150,7 @@ public:
   /// The compatible patch with the smallest plane distance at place \p p with unit normal \p n, of those that are
   /// listed there; -1 when there is none. What is found is within \p tolerance.
   int
-  find(const Eigen::Vector3f& p, const Eigen::Vector3f& n, const Tolerance& tolerance) const
-  {
-    const std::int64_t v = voxelAt(p);
-    return v < 0 ? -1 : findIn(static_cast<std::size_t>(v), p, n, tolerance);
-  }
+  find(const Eigen::Vector3f& p, const Eigen::Vector3f& n, const Tolerance& tolerance) const;
 
   /// find() for \p count places and normals, whose coordinates are in arrays; \p found has \p count elements.
   void

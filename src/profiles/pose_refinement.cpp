@@ -132,6 +132,15 @@ nearbyOptima(const PatchPair& pair, const ScoredPose& best)
   return keepDistinct(pair, std::move(neighbours), count);
 }
 
+/// Whether even the first of the poses, the most probable one, is so improbable that none will be accepted, however
+/// exact. Then it is enough to say how well it is known.
+bool
+areHopeless(const PatchPair& pair, const std::vector<ScoredPose>& poses)
+{
+  const double best = computePosterior(poses, pair.posteriorModel()).best();
+  return std::log(best) - std::log(1 - best) < 2 * leastLogOdds(pair);
+}
+
 /// Polish the most probable pose and its rivals. Polished, a pose may lose its lead, and with it others become rivals:
 /// until none is left. \return how many were polished; the poses are ordered, most probable first
 std::size_t
@@ -142,12 +151,16 @@ polishRivals(const PatchPair& pair, std::vector<ScoredPose>& poses)
   for (;; ++polished) {
     sortByProbability(poses, model);
     const ScoredPose& best = poses.front();
+    const bool are_hopeless = areHopeless(pair, poses);
     const auto next = std::find_if(poses.begin(), poses.end(), [&](const ScoredPose& pose) {
-      return !pose.polish && (&pose == &best || logOdds(pose, best, model) >= leastLogOdds(pair));
+      return !pose.polish && (&pose == &best || (!are_hopeless && logOdds(pose, best, model) >= leastLogOdds(pair)));
     });
     if (next == poses.end() || (pair.outOfTime() && best.polish))
       return polished;
-    pair.polish(*next);
+    if (are_hopeless)
+      next->polish = pair.fitAt(next->T_target_source);
+    else
+      pair.polish(*next);
   }
 }
 
@@ -205,7 +218,7 @@ std::vector<ScoredPose>
 polishLeaders(const PatchPair& pair, std::vector<ScoredPose> poses, StageLog& stages)
 {
   std::size_t polished = polishRivals(pair, poses);
-  if (polished > 0 && !pair.outOfTime() && pair.options().refine)
+  if (polished > 0 && !pair.outOfTime() && pair.options().refine && !areHopeless(pair, poses))
     for (ScoredPose& pose : nearbyOptima(pair, poses.front()))
       poses.push_back(std::move(pose));
   // Polished, two may be the same pose; and without one of them another pose may be the more probable one.

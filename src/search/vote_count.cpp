@@ -53,19 +53,19 @@ findLeastContradicted(const VoteCounter& counter,
   const double promising = config.screening_share * least_score * all;
   std::vector<std::int32_t> facing(static_cast<std::size_t>(counter.size()));
   std::vector<VotedTranslation> seen(line.count);
-  const auto look = [&](std::size_t s) {
+  const auto look = [&](std::size_t s, double least) {
     const int count = counter.findVotesFor(line[s], facing);
     if (count > 0)
-      seen[s] = {line[s], count, count / (1.0 + counter.votesAgainst(line[s], facing, count / promising))};
+      seen[s] = {line[s], count, count / (1.0 + counter.votesAgainst(line[s], facing, count / least))};
   };
   for (std::size_t s = 0; s < line.count; s += 2)
     if (screened[s / 2] > 0)
-      look(s);
+      look(s, promising);
   for (std::size_t s = 1; s < line.count; s += 2) {
     const std::size_t after = std::min(s + 1, line.count - 1);
     const auto promises = [&](std::size_t k) { return screened[k / 2] > 0 && seen[k].score >= promising; };
     if (promises(s - 1) || (after > s && promises(after)))
-      look(s);
+      look(s, least_score * all);
   }
   std::copy_if(seen.begin(), seen.end(), std::back_inserter(found), [&](const VotedTranslation& shift) {
     return shift.votes > 0 && shift.score / all >= least_score;

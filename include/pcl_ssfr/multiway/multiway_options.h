@@ -104,9 +104,9 @@ struct AdjustmentConfig {
   double last_step = 2e-5;     ///< [m], [rad] it stops when every scan moves less
   double least_matched = 0.02; ///< share of the patches of a pair that meet, from which on the pair takes part
   double damping = 1e-4;       ///< of the diagonal: what nothing determines stays where the pose graph puts it
-  /// In a job by candidates no more than this over n^4, n the scans of the part: a row of n scans bends against some
-  /// 1 / n^4 of the diagonal, and a damping above that keeps it bent and calls it exact. Of 547 scans a thousandth of
-  /// it gives the same poses and covariances.
+  /// No more than this over n^4, n the scans of the part: a row of n scans bends against some 1 / n^4 of the diagonal,
+  /// and a damping above that keeps it bent and calls it exact. Of 547 scans a thousandth of it gives the same poses
+  /// and covariances.
   double damping_of_row = 10;
 };
 
