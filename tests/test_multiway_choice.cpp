@@ -8,6 +8,7 @@
 #include "multiway/joint_adjustment.h"
 #include "multiway/parts.h"
 #include "multiway/pose_graph.h"
+#include "multiway/same_place.h"
 #include "refinement/plane_equations.h"
 
 #include <made_up_maps.h>
@@ -31,13 +32,10 @@ using testing::MadeUpJob;
 constexpr double kMillimetre = 1e-3;
 
 /// Nothing is seen of it: surfaces say neither yes nor no.
-PlacementEvidence
-noContradiction(int /*source*/, int /*target*/, const Eigen::Isometry3d& /*T*/, double /*looseness*/)
+double
+nothingSeen(const PlacedPair& /*pair*/)
 {
-  PlacementEvidence evidence;
-  evidence.total = 100;
-  evidence.matched = 20;
-  return evidence;
+  return 0;
 }
 
 MultiwayOptions
@@ -51,11 +49,15 @@ oneThread()
 Assembly
 assembled(const MadeUpJob& job,
           const Decisions& decisions = {},
-          const EvidenceFunction& evidence = noContradiction,
-          const MultiwayOptions& options = oneThread())
+          const PairOddsFunction& seen = nothingSeen,
+          const JoinTest& join_test = nullptr,
+          double most_by_links = std::log(100))
 {
+  const MultiwayOptions options = oneThread();
   const HypothesisGraph graph = weighHypotheses(job.links, job.places, decisions, options);
-  return assemble(job.links, graph, job.places, evidence, decisions, job.names, options);
+  SamePlaceOdds odds(seen, job.places, options);
+  const JoinRule rule = {most_by_links, std::log(0.95 / 0.05), true};
+  return assemble(job.links, graph, job.places, odds, rule, decisions, job.names, options, join_test);
 }
 
 /// Largest error of the scans of the part of scan 0 relative to it [m].
@@ -164,7 +166,6 @@ TEST(Assembly, falseLinksAreLeftOut)
     const bool is_false = job.links[k].source == 0 && job.links[k].target == 3;
     EXPECT_EQ(assembly.used[k], is_false ? -1 : 0);
   }
-  EXPECT_GT(assembly.false_share, 0);
 }
 
 TEST(Assembly, theSecondPoseOfAPairIsTakenWhereTheLoopsAskForIt)
@@ -203,19 +204,43 @@ TEST(Assembly, aSingleDoubtfulLinkJoinsNothing)
     EXPECT_EQ(bridges[k] != 0, sure.links[k].source == 2 && sure.links[k].target == 3);
 }
 
-TEST(Assembly, surfacesInTheFreeSpaceOfAThirdScanForbidAJoin)
+TEST(Assembly, whatAThirdScanSeesForbidsAJoin)
 {
   const MadeUpJob job = fullJob(4);
-  const EvidenceFunction third = [](int source, int target, const Eigen::Isometry3d& T, double looseness) {
-    PlacementEvidence evidence = noContradiction(source, target, T, looseness);
-    if (source == 3 || target == 3)
-      evidence.contradicted = 5; // 14 times that outweighs the matches
-    return evidence;
-  };
-  const Assembly assembly = assembled(job, {}, third);
-  EXPECT_EQ(assembly.part[0], assembly.part[2]);
-  EXPECT_NE(assembly.part[0], assembly.part[3]);
-  EXPECT_THAT(assembly.refusal[2], HasSubstr("free space")); // 0-3
+  const Assembly assembly =
+      assembled(job, {}, [](const PlacedPair& pair) { return pair.source == 1 && pair.target == 3 ? -10.0 : 0.0; });
+  EXPECT_EQ(assembly.part[0], assembly.part[1]);
+  EXPECT_NE(assembly.part[1], assembly.part[3]);
+  const auto refused = std::find_if(job.links.begin(), job.links.end(), [&](const PairLink& link) {
+    return assembly.part[static_cast<std::size_t>(link.source)] != assembly.part[static_cast<std::size_t>(link.target)];
+  });
+  ASSERT_NE(refused, job.links.end());
+  EXPECT_THAT(assembly.refusal[static_cast<std::size_t>(refused - job.links.begin())], HasSubstr("not the same"));
+}
+
+TEST(Assembly, linksThatAgreeAddUpAsFarAsLinksAreTrusted)
+{
+  // Two rooms of two scans each. Neither of two links between them is sure enough by itself; together they are.
+  MadeUpJob job(4);
+  job.addTrue(0, 1, 0.999);
+  job.addTrue(2, 3, 0.999);
+  job.addTrue(1, 2, 0.9);
+  const Assembly one = assembled(job);
+  EXPECT_EQ(one.part[2], one.part[3]);
+  EXPECT_NE(one.part[0], one.part[2]);
+  EXPECT_THAT(one.refusal[1], HasSubstr("not sure enough"));
+  job.addTrue(0, 3, 0.9);
+  EXPECT_THAT(assembled(job).part, Each(assembled(job).part[0]));
+  // Where half of the sure links are false they say nothing; what is seen says it.
+  EXPECT_EQ(mostLogOddsByLinks(0.5, ChoiceConfig()), 0);
+  EXPECT_EQ(mostLogOddsByLinks(0.9, ChoiceConfig()), 0);
+  EXPECT_NEAR(mostLogOddsByLinks(0.1, ChoiceConfig()), std::log(9), 1e-9);
+  EXPECT_NEAR(mostLogOddsByLinks(0, ChoiceConfig()), std::log(ChoiceConfig().clear_odds), 1e-9);
+  const Assembly apart = assembled(job, {}, nothingSeen, nullptr, 0);
+  EXPECT_EQ(std::set<int>(apart.part.begin(), apart.part.end()).size(), 4U);
+  const Assembly seen = assembled(
+      job, {}, [](const PlacedPair&) { return 4.0; }, nullptr, 0);
+  EXPECT_THAT(seen.part, Each(seen.part[0]));
 }
 
 TEST(Assembly, aJoinThatTheTestRefusesIsNotMadeByAnyLink)
@@ -229,10 +254,7 @@ TEST(Assembly, aJoinThatTheTestRefusesIsNotMadeByAnyLink)
     });
     return is_out ? "they look alike" : "";
   };
-  const MultiwayOptions options = oneThread();
-  const HypothesisGraph graph = weighHypotheses(job.links, job.places, {}, options);
-  const Assembly assembly =
-      assemble(job.links, graph, job.places, noContradiction, {}, job.names, options, not_with_third);
+  const Assembly assembly = assembled(job, {}, nothingSeen, not_with_third);
   EXPECT_EQ(assembly.part[0], assembly.part[2]);
   EXPECT_NE(assembly.part[0], assembly.part[3]);
   EXPECT_THAT(assembly.refusal[2], HasSubstr("look alike")); // 0-3

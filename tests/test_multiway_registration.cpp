@@ -465,7 +465,7 @@ TEST_F(Room, whatAPersonAcceptedStaysTogether)
   registration.addScan("s1", view(1));
   const MultiwayMap doubted = registration.run();
   EXPECT_EQ(doubted.components, 2);
-  EXPECT_THAT(doubted.scans[0].reason + doubted.scans[1].reason, HasSubstr("its surfaces hang in the free space"));
+  EXPECT_THAT(doubted.scans[0].reason + doubted.scans[1].reason, HasSubstr("in view of both parts is not the same"));
   registration.accept(0, 1);
   const MultiwayMap map = registration.run();
   EXPECT_EQ(map.components, 1);

@@ -7,6 +7,8 @@
 
 #include <gmock/gmock.h>
 
+#include <cmath>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -45,6 +47,18 @@ TEST(ClearOdds, aRivalWhoseSurfacesHangIsNone)
   EXPECT_TRUE(isClear({0, 0.1}, {5, 0}, options));
   EXPECT_TRUE(isClear({0, 0.1}, {5, -1}, options));
   EXPECT_FALSE(isClear({0, 0.1}, {5, 0.01}, options)); // no link says so, and the surfaces do not make up for it
+}
+
+TEST(ClearOdds, linksSayNoMoreThanTheyAreTrusted)
+{
+  const ChoiceConfig config;
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  EXPECT_NEAR(logOdds({20, 0.3}, {1, 0.3}, kInfinity, config), std::log(20), 1e-12);
+  EXPECT_NEAR(logOdds({20, 0.3}, {1, 0.3}, 2, config), 2, 1e-12);
+  EXPECT_NEAR(logOdds({1, 0.3}, {20, 0.3}, 2, config), -std::log(20), 1e-12); // what they say against it counts
+  EXPECT_NEAR(logOdds({20, 0.4}, {1, 0.2}, 0, config), config.score_power * std::log(2), 1e-12);
+  EXPECT_EQ(logOdds({1, 0.1}, {1, 0}, 2, config), kInfinity);
+  EXPECT_EQ(logOdds({1, 0}, {1, 0.1}, 2, config), -kInfinity);
 }
 
 /// Five scans that are placed as they are; scan 4 may stand elsewhere. What the others see of it decides.

@@ -10,6 +10,7 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <set>
@@ -56,6 +57,24 @@ TEST(SamePlaceOdds, addUpAndAreLookedAtOnce)
   }
 }
 
+TEST(SamePlaceOdds, whatIsUnrelatedSaysNothing)
+{
+  const std::vector<Eigen::Vector3d> places(3, Eigen::Vector3d::Zero());
+  int looks = 0;
+  MultiwayOptions options;
+  options.threads = 1;
+  SamePlaceOdds odds(
+      [&](const PlacedPair&) {
+        ++looks;
+        return 1.0;
+      },
+      places,
+      options,
+      [](const PlacedPair& pair) { return pair.T_target_source.translation().x() > 5; });
+  EXPECT_EQ(odds.of({{0, 1, shifted(6)}, {0, 2, shifted(1)}, {2, 1, shifted(7)}}), 1);
+  EXPECT_EQ(looks, 1);
+}
+
 /** Two rooms alike, 30 m apart, with three scans each that see all of each other; scan 6 stands between the rooms and
  * sees 2 and 3. The sensors stand at other places in the one room than in the other.
  */
@@ -98,7 +117,8 @@ protected:
   {
     graph_ = weighHypotheses(job_.links, job_.places, decisions, options_);
     SamePlaceOdds odds([this](const PlacedPair& pair) { return oddsOf(pair); }, job_.places, options_);
-    return assembleBySamePlace(job_.links, graph_, job_.places, odds, decisions, options_, join_test);
+    const JoinRule rule = {0, 0, false}; // half of the sure links are false: they say nothing
+    return assemble(job_.links, graph_, job_.places, odds, rule, decisions, job_.names, options_, join_test);
   }
 
   std::vector<int>
@@ -106,8 +126,20 @@ protected:
   {
     graph_ = weighHypotheses(job_.links, job_.places, decisions, options_);
     SamePlaceOdds odds([this](const PlacedPair& pair) { return oddsOf(pair); }, job_.places, options_);
-    return findScansWithRivalsAlike(
-        {0, 1, 2, 3, 4, 5, 6}, {assembly, job_.links, graph_, job_.places}, odds, decisions, options_);
+    const EvidenceFunction evidence = [this](int source, int target, const Eigen::Isometry3d& T, double) {
+      PlacementEvidence seen;
+      seen.total = 100;
+      const Eigen::Isometry3d off = job_.relative(source, target).inverse() * T;
+      seen.matched = off.translation().norm() < 0.5 ? matched_ : 20;
+      return seen;
+    };
+    return findScansWithRivalsAlike({0, 1, 2, 3, 4, 5, 6},
+                                    {assembly, job_.links, graph_, job_.places},
+                                    odds,
+                                    evidence,
+                                    most_by_links_,
+                                    decisions,
+                                    options_);
   }
 
   /// All as they are, the second room and its scans in a part of their own where asked for.
@@ -125,6 +157,8 @@ protected:
   MultiwayOptions options_;
   HypothesisGraph graph_;
   double for_ = 1, against_ = 3;
+  double matched_ = 20; // surface of two scans that meets where they are, of 20 elsewhere
+  double most_by_links_ = 0;
   std::pair<int, int> unknown_{-1, -1};
 };
 
@@ -193,6 +227,24 @@ TEST_F(RoomsAlike, scansWithoutARivalThatCountsAreClear)
   Decisions decisions;
   decisions.accepted.insert({1, 2}); // rivals of 1 come before it
   EXPECT_THAT(withRivals(asTheyAre(), decisions), ElementsAre(0, 3, 4, 5));
+}
+
+TEST_F(RoomsAlike, linksAndSurfacesAddToWhatIsSeenOfThem)
+{
+  against_ = 0;
+  matched_ = 40; // the ninth power of the scores: sums over all others, which do not all meet
+  EXPECT_THAT(withRivals(asTheyAre()), IsEmpty());
+  matched_ = 20;
+  job_.links.erase(std::remove_if(job_.links.begin(),
+                                  job_.links.end(),
+                                  [](const PairLink& link) { return link.source == 1 && link.target == 4; }),
+                   job_.links.end());
+  for (PairLink& link : job_.links)
+    if (link.source < 3 && link.target >= 3 && link.target < 6)
+      link.hypotheses.front().probability = 0.15; // still a rival
+  EXPECT_THAT(withRivals(asTheyAre()), ElementsAre(0, 1, 2, 3, 4, 5));
+  most_by_links_ = std::log(100);
+  EXPECT_THAT(withRivals(asTheyAre()), ElementsAre(0, 5)); // of which one more link says another place
 }
 
 TEST_F(RoomsAlike, aRivalInAnotherPartMustBeBetter)

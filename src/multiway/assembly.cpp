@@ -3,35 +3,28 @@
 
 #include "multiway/assembly.h"
 
-#include "common/parallel.h"
 #include "multiway/growing_parts.h"
-#include "multiway/rival_places.h"
+#include "multiway/same_place.h"
 
 #include <algorithm>
-#include <cstdio>
-#include <numeric>
-#include <optional>
+#include <cmath>
+#include <iterator>
+#include <map>
+#include <utility>
 
 namespace pcl_ssfr {
 
 namespace {
 
-// Sure loops that close with a link which joins two parts with no other one: the best supported joins come first.
-constexpr double kLeastLoops[] = {3, 1.5, 0.5};
-constexpr std::size_t kRivals = 5;   // that are compared
-constexpr double kOutnumbered = 0.3; // share of the belief against a join that is for it, at least
+using PartPair = std::pair<int, int>; // of parts, the lower number first
 
-/// Links that are added to those that were seen, one in ChoiceConfig::clear_odds of them false: a small job has few.
-constexpr double kLinksBefore = 25;
-
-/// The links between two parts, at a pose between them.
-struct Vote {
-  double agree = 0;    ///< belief of those that agree
-  double disagree = 0; ///< belief of those that do not
-  int sure = 0;        ///< that agree and are sure
-  double loops = 0;    ///< most loops of one that agrees
-  bool accepted = false;
-  std::vector<std::pair<double, Eigen::Isometry3d>> rivals; ///< belief and pose of the parts that a link says instead
+/// One part laid into the frame of another one.
+struct Join {
+  Eigen::Isometry3d T_b_a;
+  double link = 0;     ///< probability by the surest link that says so
+  double links = 0;    ///< log odds by all links that say so
+  double odds = 0;     ///< by SamePlaceOdds of all scans of the one with all scans of the other, and by the links
+  std::string refusal; ///< of the join test
 };
 
 class Assembler {
@@ -39,234 +32,60 @@ public:
   Assembler(const std::vector<PairLink>& links,
             const HypothesisGraph& graph,
             const std::vector<Eigen::Vector3d>& places,
-            const EvidenceFunction& evidence,
+            SamePlaceOdds& odds,
+            const JoinRule& rule,
             const Decisions& decisions,
             const std::vector<std::string>& names,
             const MultiwayOptions& options,
             const JoinTest& join_test)
-      : links_(links), graph_(graph), places_(places), evidence_(evidence), decisions_(decisions), names_(names),
+      : links_(links), graph_(graph), places_(places), odds_(odds), rule_(rule), decisions_(decisions), names_(names),
         options_(options), join_test_(join_test), parts_(links, graph, places, options.choice)
   {}
 
   Assembly
   run()
   {
-    std::vector<std::size_t> order(graph_.hypotheses.size());
-    std::iota(order.begin(), order.end(), std::size_t{0});
-    const auto belief = [&](std::size_t h) { return graph_.hypotheses[h].belief; };
-    const auto loops = [&](std::size_t h) { return graph_.hypotheses[h].loops; };
-    const auto isAccepted = [&](std::size_t h) { return graph_.hypotheses[h].rank == 0 && accepted(link(h)); };
-    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-      if (isAccepted(a) != isAccepted(b))
-        return isAccepted(a);
-      // Beliefs near one differ by rounding; then loops say more.
-      const double sure_a = std::min(belief(a), 0.99), sure_b = std::min(belief(b), 0.99);
-      return sure_a != sure_b ? sure_a > sure_b : loops(a) > loops(b);
-    });
-    const auto joinAll = [&](double least_loops, bool is_last) {
-      for (bool has_grown = true; has_grown;) {
-        has_grown = false;
-        if (is_last)
-          parts_.assembly().false_share = falseShare();
-        for (const std::size_t h : order)
-          if ((belief(h) >= options_.choice.sure || isAccepted(h)) && join(h, least_loops, is_last))
-            has_grown = true;
-      }
-    };
-    for (const double least_loops : kLeastLoops)
-      joinAll(least_loops, false);
-    joinAll(kLeastLoops[2], true);
+    joinAccepted();
+    for (findJoins(); joinBest(); findJoins()) {
+    }
+    explainRefusals();
     parts_.adjustAll();
+    chooseLinks(parts_.assembly(), links_, graph_, places_, options_.choice);
     return std::move(parts_.assembly());
   }
 
 private:
-  const PairLink&
-  link(std::size_t h) const
+  PartPair
+  partsOf(const PairLink& link) const
   {
-    return links_[graph_.hypotheses[h].link];
+    return std::minmax({parts_.partOf(link.source), parts_.partOf(link.target)});
   }
-  bool
-  accepted(const PairLink& pair) const
+  /// Where a pose of a pair lays the first of its parts in the frame of the second one.
+  Eigen::Isometry3d
+  joinPose(const PairLink& link, const Eigen::Isometry3d& T_target_source) const
   {
-    return isAccepted(decisions_, pair.source, pair.target);
-  }
-  int
-  partOf(int scan) const
-  {
-    return parts_.partOf(scan);
-  }
-  const Eigen::Isometry3d&
-  pose(int scan) const
-  {
-    return parts_.pose(scan);
+    const Eigen::Isometry3d there = parts_.partPose(link, T_target_source);
+    return parts_.partOf(link.source) < parts_.partOf(link.target) ? there : there.inverse();
   }
 
-  /// Votes on laying part \p a into the frame of part \p b.
-  Vote
-  vote(int a, int b, const Eigen::Isometry3d& T_b_a) const
+  void
+  joinAccepted()
   {
-    Vote result;
-    for (std::size_t k = 0; k < links_.size(); ++k) {
-      const PairLink& pair = links_[k];
-      const bool forward = partOf(pair.source) == a && partOf(pair.target) == b;
-      if (!forward && !(partOf(pair.source) == b && partOf(pair.target) == a))
+    for (const PairLink& link : links_) {
+      if (!isAccepted(decisions_, link.source, link.target) || link.hypotheses.empty())
         continue;
-      const Eigen::Isometry3d T_map_source = forward ? T_b_a * pose(pair.source) : pose(pair.source);
-      const Eigen::Isometry3d T_map_target = forward ? pose(pair.target) : T_b_a * pose(pair.target);
-      const Eigen::Isometry3d T = T_map_target.inverse() * T_map_source;
-      double for_it = 0, against = 0;
-      std::optional<Eigen::Isometry3d> T_rival;
-      for (std::size_t h = graph_.first[k]; h < graph_.first[k + 1]; ++h) {
-        const WeighedHypothesis& w = graph_.hypotheses[h];
-        if (agree(pair.hypotheses[w.rank].T_target_source,
-                  T,
-                  places_[static_cast<std::size_t>(pair.source)],
-                  options_.choice)) {
-          for_it = std::max(for_it, w.belief);
-          result.loops = std::max(result.loops, w.loops);
-          result.accepted = result.accepted || (w.rank == 0 && accepted(pair));
-        }
-        else if (w.belief > against) {
-          against = w.belief;
-          const Eigen::Isometry3d& T_target_source = pair.hypotheses[w.rank].T_target_source;
-          const Eigen::Isometry3d there = parts_.partPose(pair, T_target_source);
-          T_rival = forward ? there : there.inverse();
-        }
-      }
-      result.agree += for_it;
-      result.sure += for_it >= options_.choice.sure ? 1 : 0;
-      if (for_it < against)
-        result.disagree += against;
-      if (T_rival && against >= options_.choice.rival)
-        addRival(result.rivals, against, *T_rival, a, T_b_a);
+      const Eigen::Isometry3d& T_target_source = link.hypotheses.front().T_target_source;
+      const auto [a, b] = partsOf(link);
+      if (a != b)
+        parts_.merge(a, b, joinPose(link, T_target_source));
+      else if (!agree(T_target_source,
+                      parts_.pose(link.target).inverse() * parts_.pose(link.source),
+                      places_[static_cast<std::size_t>(link.source)],
+                      options_.choice))
+        throw DecisionError(
+            "the accepted link " + name(link.source) + ", " + name(link.target) +
+            " does not agree with the other accepted links between them: " + loopOf(link.source, link.target));
     }
-    std::stable_sort(
-        result.rivals.begin(), result.rivals.end(), [](const auto& x, const auto& y) { return x.first > y.first; });
-    result.rivals.resize(std::min(result.rivals.size(), kRivals));
-    return result;
-  }
-
-  /// Rivals that agree with each other are one.
-  void
-  addRival(std::vector<std::pair<double, Eigen::Isometry3d>>& rivals,
-           double belief,
-           const Eigen::Isometry3d& T_b_a,
-           int a,
-           const Eigen::Isometry3d& T_considered) const
-  {
-    const Eigen::Vector3d place = parts_.placeOf(a);
-    if (!areDistinct(T_b_a, T_considered, place, options_.choice))
-      return;
-    for (auto& [sum, T] : rivals)
-      if (agree(T, T_b_a, place, options_.choice)) {
-        sum += belief;
-        return;
-      }
-    rivals.emplace_back(belief, T_b_a);
-  }
-
-  /// What the surfaces say of it.
-  PlacementEvidence
-  verify(int a, int b, const Eigen::Isometry3d& T_b_a) const
-  {
-    const std::vector<PlacedPair> pairs = parts_.pairsAt(a, b, T_b_a);
-    std::vector<PlacementEvidence> found(pairs.size());
-    forEachInParallel(
-        static_cast<std::int64_t>(pairs.size()), 1, static_cast<int>(options_.threads), [&](std::int64_t k) {
-          const PlacedPair& pair = pairs[static_cast<std::size_t>(k)];
-          found[static_cast<std::size_t>(k)] =
-              evidence_(pair.source, pair.target, pair.T_target_source, options_.choice.loose);
-        });
-    PlacementEvidence sum;
-    for (const PlacementEvidence& e : found)
-      sum += e;
-    return sum;
-  }
-
-  double
-  scoreOf(const PlacementEvidence& e) const
-  {
-    return pcl_ssfr::scoreOf(e, contradictionWeight(options_));
-  }
-
-  bool
-  join(std::size_t h, double least_loops, bool is_last)
-  {
-    const WeighedHypothesis& w = graph_.hypotheses[h];
-    const PairLink& pair = links_[w.link];
-    const int a = partOf(pair.source);
-    const int b = partOf(pair.target);
-    if (a == b) {
-      if (accepted(pair) && w.rank == 0)
-        checkAccepted(pair);
-      return false;
-    }
-    const Eigen::Isometry3d T_b_a = parts_.partPose(pair, pair.hypotheses[w.rank].T_target_source);
-    const Vote votes = vote(a, b, T_b_a);
-    const std::string refusal = votes.accepted ? "" : whyNot(w, pair, votes, a, b, T_b_a, least_loops, is_last);
-    parts_.assembly().refusal[w.link] = refusal;
-    if (!refusal.empty())
-      return false;
-    parts_.merge(a, b, T_b_a);
-    return true;
-  }
-
-  std::string
-  whyNot(const WeighedHypothesis& w,
-         const PairLink& pair,
-         const Vote& votes,
-         int a,
-         int b,
-         const Eigen::Isometry3d& T_b_a,
-         double least_loops,
-         bool is_last) const
-  {
-    if (votes.agree < kOutnumbered * votes.disagree)
-      return "other links between the same parts say otherwise";
-    const bool is_supported = votes.loops >= least_loops || (votes.sure >= 2 && votes.sure > least_loops);
-    if (!is_supported) {
-      if (!is_last)
-        return "nothing else supports it";
-      // Loops that would close with it do not count here: they may be of places alike.
-      const double sure = std::min({w.belief, w.prior, pair.confidence}) * (1 - parts_.assembly().false_share);
-      if (pair.status != Status::Converged || w.rank != 0 || sure < options_.choice.lone) {
-        char text[160];
-        std::snprintf(text,
-                      sizeof(text),
-                      "it alone would join two parts, and is not sure enough for that: %.2f of the %.2f needed",
-                      w.rank == 0 ? sure : 0.0,
-                      options_.choice.lone);
-        return text;
-      }
-    }
-    const PlacementEvidence e = verify(a, b, T_b_a);
-    if (!(scoreOf(e) > 0))
-      return "it puts surfaces into the free space of other scans";
-    if (std::string reason = join_test_ ? join_test_(parts_.pairsAt(a, b, T_b_a)) : ""; !reason.empty())
-      return reason;
-    if (votes.agree >= options_.choice.outvoted * votes.disagree)
-      return "";
-    // Right links may be outvoted by those of places alike: then what all scans of both parts see of each other
-    // decides.
-    for (const auto& rival : votes.rivals)
-      if (!isClear({1, scoreOf(e)}, {1, scoreOf(verify(a, b, rival.second))}, options_))
-        return "another pose of the same parts explains their surfaces nearly as well";
-    return "";
-  }
-
-  void
-  checkAccepted(const PairLink& pair)
-  {
-    const Eigen::Isometry3d T = pose(pair.target).inverse() * pose(pair.source);
-    if (!agree(pair.hypotheses.front().T_target_source,
-               T,
-               places_[static_cast<std::size_t>(pair.source)],
-               options_.choice))
-      throw DecisionError(
-          "the accepted link " + names_[static_cast<std::size_t>(pair.source)] + ", " +
-          names_[static_cast<std::size_t>(pair.target)] +
-          " does not agree with the other accepted links between them: " + loopOf(pair.source, pair.target));
   }
 
   /// The accepted links that lead from one scan to the other, for people.
@@ -283,59 +102,144 @@ private:
             before[static_cast<std::size_t>(y)] = x;
             queue.push_back(y);
           }
-    if (before[static_cast<std::size_t>(to)] < 0)
-      return "the links that were found lead elsewhere";
-    std::string text = names_[static_cast<std::size_t>(to)];
+    std::string text = name(to);
     for (int at = to; at != from;) {
       at = before[static_cast<std::size_t>(at)];
-      text.insert(0, names_[static_cast<std::size_t>(at)] + " - ");
+      text.insert(0, name(at) + " - ");
     }
-    return "the loop " + text + " - " + names_[static_cast<std::size_t>(from)] + " does not close";
+    return "the loop " + text + " - " + name(from) + " does not close";
   }
 
-  /// Of the links that are sure by themselves: the share that the parts contradict.
-  double
-  falseShare() const
+  /// The joins of all pairs of parts that are not known yet, by sure hypotheses.
+  void
+  findJoins()
   {
-    double right = 0, wrong = 0;
-    for (const PairLink& pair : links_) {
-      if (pair.hypotheses.empty() || pair.status != Status::Converged || partOf(pair.source) != partOf(pair.target))
+    std::map<PartPair, std::vector<Join>> found;
+    for (std::size_t k = 0; k < links_.size(); ++k) {
+      const PartPair pair = partsOf(links_[k]);
+      if (pair.first == pair.second || joins_.count(pair) > 0)
         continue;
-      const Eigen::Isometry3d T = pose(pair.target).inverse() * pose(pair.source);
-      (agree(
-           pair.hypotheses.front().T_target_source, T, places_[static_cast<std::size_t>(pair.source)], options_.choice)
-           ? right
-           : wrong) += 1;
+      std::vector<Join>& joins = found[pair];
+      const Eigen::Vector3d place = parts_.placeOf(pair.first);
+      for (std::size_t h = graph_.first[k]; h < graph_.first[k + 1]; ++h) {
+        const WeighedHypothesis& w = graph_.hypotheses[h];
+        const double probability = rule_.by_loops ? w.belief : w.prior;
+        if (probability < options_.choice.sure)
+          continue;
+        const double links = std::min(std::log(probability / (1 - probability)), std::log(options_.choice.clear_odds));
+        const Join join{joinPose(links_[k], links_[k].hypotheses[w.rank].T_target_source), probability, links, 0, ""};
+        const auto same = std::find_if(joins.begin(), joins.end(), [&](const Join& other) {
+          return !areDistinct(join.T_b_a, other.T_b_a, place, options_.choice);
+        });
+        if (same == joins.end()) {
+          joins.push_back(join);
+          continue;
+        }
+        if (join.link > same->link) {
+          same->T_b_a = join.T_b_a;
+          same->link = join.link;
+        }
+        same->links += join.links;
+      }
     }
-    return (wrong + kLinksBefore / options_.choice.clear_odds) / (right + wrong + kLinksBefore);
+    for (auto& [pair, joins] : found) {
+      for (Join& join : joins) {
+        const std::vector<PlacedPair> pairs = parts_.pairsAt(pair.first, pair.second, join.T_b_a);
+        join.refusal = join_test_ ? join_test_(pairs) : "";
+        if (join.refusal.empty())
+          join.odds = odds_.of(pairs) + std::min(join.links, rule_.most_by_links);
+      }
+      joins_[pair] = std::move(joins);
+    }
+  }
+
+  /// \return whether any join has odds enough
+  bool
+  joinBest()
+  {
+    PartPair parts;
+    const Join* best = nullptr;
+    double most = 0;
+    for (const auto& [pair, joins] : joins_)
+      for (const Join& join : joins) {
+        const double evidence = std::log(join.link) + join.odds; // of equal odds the surer link
+        if (join.refusal.empty() && isEnough(join.odds) && (!best || evidence > most)) {
+          parts = pair;
+          best = &join;
+          most = evidence;
+        }
+      }
+    if (!best)
+      return false;
+    parts_.merge(parts.first, parts.second, best->T_b_a);
+    for (auto it = joins_.begin(); it != joins_.end();) {
+      const auto touches = [&](int part) { return it->first.first == part || it->first.second == part; };
+      it = touches(parts.first) || touches(parts.second) ? joins_.erase(it) : std::next(it);
+    }
+    return true;
+  }
+
+  void
+  explainRefusals()
+  {
+    for (std::size_t k = 0; k < links_.size(); ++k) {
+      const auto joins = joins_.find(partsOf(links_[k]));
+      if (joins == joins_.end() || joins->second.empty())
+        continue;
+      const Join& best = *std::max_element(
+          joins->second.begin(), joins->second.end(), [](const Join& a, const Join& b) { return a.odds < b.odds; });
+      parts_.assembly().refusal[k] = !best.refusal.empty() ? best.refusal
+                                     : best.odds < 0       ? "what is in view of both parts is not the same"
+                                     : rule_.least_odds > 0
+                                         ? "it alone would join two parts, and is not sure enough for that"
+                                         : "places here look alike, and nothing in view of both distinguishes them";
+    }
+  }
+
+  bool
+  isEnough(double odds) const
+  {
+    return odds > 0 && odds >= rule_.least_odds;
+  }
+  const std::string&
+  name(int scan) const
+  {
+    return names_[static_cast<std::size_t>(scan)];
   }
 
   const std::vector<PairLink>& links_;
   const HypothesisGraph& graph_;
   const std::vector<Eigen::Vector3d>& places_;
-  const EvidenceFunction& evidence_;
+  SamePlaceOdds& odds_;
+  const JoinRule& rule_;
   const Decisions& decisions_;
   const std::vector<std::string>& names_;
   const MultiwayOptions& options_;
   const JoinTest& join_test_;
   GrowingParts parts_;
+  std::map<PartPair, std::vector<Join>> joins_; ///< of each two parts
 };
 
 } // namespace
+
+double
+mostLogOddsByLinks(double false_share, const ChoiceConfig& config)
+{
+  return std::clamp(std::log((1 - false_share) / false_share), 0.0, std::log(config.clear_odds));
+}
 
 Assembly
 assemble(const std::vector<PairLink>& links,
          const HypothesisGraph& graph,
          const std::vector<Eigen::Vector3d>& places,
-         const EvidenceFunction& evidence,
+         SamePlaceOdds& odds,
+         const JoinRule& rule,
          const Decisions& decisions,
          const std::vector<std::string>& names,
          const MultiwayOptions& options,
          const JoinTest& join_test)
 {
-  Assembly assembly = Assembler(links, graph, places, evidence, decisions, names, options, join_test).run();
-  chooseLinks(assembly, links, graph, places, options.choice);
-  return assembly;
+  return Assembler(links, graph, places, odds, rule, decisions, names, options, join_test).run();
 }
 
 void

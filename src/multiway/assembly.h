@@ -31,24 +31,46 @@ struct Assembly {
   std::vector<Eigen::Isometry3d> poses; ///< of each scan in the frame of its part
   std::vector<int> used;                ///< of each link: rank of the hypothesis that the assembly keeps, -1: none
   std::vector<std::string> refusal;     ///< of each link: why it joins nothing, empty when it was not refused
-  double false_share = 0;               ///< of sure links that the assembly contradicts: how misleading the building is
 };
 
-/** \brief Put scans together by their links, the surest first.
+class SamePlaceOdds;
+
+/// Which joins are made.
+struct JoinRule {
+  double most_by_links = 0; ///< mostLogOddsByLinks()
+  double least_odds = 0;    ///< log odds that a join must have, besides being more than 0
+  bool by_loops = false;    ///< links are as sure as loops make them; else as their pairs say: where places look
+                            ///< alike, loops of false links close too
+};
+
+/** \brief What links may add to the log odds of a join, at most, where so many of the sure ones are false.
  *
- * Two parts are joined at a pose when the links between them that agree with it outweigh those that do not, and when
- * the surfaces of all scans of the one do not hang in the free space of all scans of the other. A single link joins
- * parts only when a loop closes with it, or, in the end, when it is sure even among the links of this building: the
- * share of sure links that are false here is taken off.
+ * Links between two parts that agree are one piece of evidence: those of places alike err together. It is right as
+ * often as sure links are, and never better than ChoiceConfig::clear_odds.
+ * \param[in] false_share of the sure links of the job, [0, 1]
+ */
+double
+mostLogOddsByLinks(double false_share, const ChoiceConfig& config);
+
+/** \brief Put scans together, what looks most like one place first.
+ *
+ * A sure link says where two parts may be laid onto each other. Whether they are is said by what all scans of the one
+ * see of all scans of the other, and by the links that agree, as far as links can be trusted here. Of all joins that
+ * have odds enough the one comes first for which there is most evidence: where places look alike, a wrong one has
+ * little of it between two scans, and much against it once both have been joined with others. What is left of it is
+ * found by findScansWithRivalsAlike(). Accepted links join before all others.
+ *
  * \param[in] places of the sensors in the scans' frames [m]
  * \param[in] join_test nullptr: none
- * \throw std::invalid_argument when accepted links do not agree: the text names scans by \p names
+ * \return with a refusal for each link on a join that was not made, and the links that are used
+ * \throw DecisionError when accepted links do not agree: the text names scans by \p names
  */
 Assembly
 assemble(const std::vector<PairLink>& links,
          const HypothesisGraph& graph,
          const std::vector<Eigen::Vector3d>& places,
-         const EvidenceFunction& evidence,
+         SamePlaceOdds& odds,
+         const JoinRule& rule,
          const Decisions& decisions,
          const std::vector<std::string>& names,
          const MultiwayOptions& options,

@@ -16,6 +16,7 @@
 #include "multiway/scan_pair.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <map>
 #include <numeric>
@@ -86,6 +87,7 @@ private:
   /// What became of the scans.
   struct Placement {
     HypothesisGraph graph;
+    FurnitureFindings furniture;
     Assembly assembly;
     std::vector<std::string> reasons; ///< why scans stand apart
     bool is_distinguished = false;    ///< furniture distinguishes places that look alike
@@ -98,15 +100,29 @@ private:
     report("choose", 0, 3);
     Placement placed;
     placed.graph = weighHypotheses(links_, places_, input_.decisions, input_.options);
+    placed.furniture = alike_.findFurniture(placed.graph);
     report("choose", 1, 3);
-    placed.assembly = assemble(
-        links_, placed.graph, places_, evidenceFunction(), input_.decisions, names_, input_.options, poseTest());
+    SamePlaceOdds odds = samePlaceOdds(FurnitureOf::Walled);
+    const ChoiceConfig& config = input_.options.choice;
+    const double most_by_links = mostLogOddsByLinks(placed.furniture.false_share_of_walled, config);
+    const JoinRule rule = {most_by_links, std::min(most_by_links, std::log(config.lone / (1 - config.lone))), true};
+    placed.assembly =
+        assemble(links_, placed.graph, places_, odds, rule, input_.decisions, names_, input_.options, poseTest());
     adjustment_.startFrom(placed.assembly.poses);
     report("choose", 2, 3);
     placed.reasons.resize(names_.size());
     separateHanging(placed);
     report("choose", 3, 3);
     return placed;
+  }
+
+  SamePlaceOdds
+  samePlaceOdds(FurnitureOf whose) const
+  {
+    return {[this, whose](const PlacedPair& pair) { return alike_.samePlaceLogOdds(pair, whose); },
+            places_,
+            input_.options,
+            [this](const PlacedPair& pair) { return alike_.areUnrelated(pair); }};
   }
 
   JoinTest
@@ -135,30 +151,37 @@ private:
   void
   chooseAnewInDoubt(Placement& placed)
   {
-    const FurnitureFindings furniture = alike_.findFurniture(placed.graph);
-    const bool is_in_doubt = furniture.refutes || alike_.isRefutedAnywhere(placed.assembly, placed.graph) ||
-                             (furniture.distinguishes && !alike_.storeys(placed.assembly).empty());
-    if (!is_in_doubt)
+    const FurnitureFindings& furniture = placed.furniture;
+    const double refuted_share = alike_.refutedShare(placed.assembly, placed.graph);
+    if (!furniture.refutes && !(refuted_share > 0) &&
+        !(furniture.distinguishes && !alike_.storeys(placed.assembly).empty()))
       return;
     placed.is_distinguished = furniture.distinguishes;
     map_.notes.resize(notes_); // of what is chosen anew
     report("choose", 2, 3);
-    SamePlaceOdds odds(
-        [this](const PlacedPair& pair) { return alike_.samePlaceLogOdds(pair); }, places_, input_.options);
+    SamePlaceOdds odds = samePlaceOdds(FurnitureOf::All);
+    const double most_by_links =
+        mostLogOddsByLinks(std::max(furniture.false_share, refuted_share), input_.options.choice);
+    const JoinRule rule = {most_by_links, 0, false};
     // The beliefs by loops stay in the graph: what only outvoted links hold falls apart where scans are put apart.
     placed.assembly =
-        assembleBySamePlace(links_, placed.graph, places_, odds, input_.decisions, input_.options, poseTest());
+        assemble(links_, placed.graph, places_, odds, rule, input_.decisions, names_, input_.options, poseTest());
     adjustment_.startFrom(placed.assembly.poses);
     placed.reasons.assign(names_.size(), "");
     report("choose", 3, 3);
     separateHanging(placed);
     adjustHanging(placed);
     const PlacedScans scans = {placed.assembly, links_, placed.graph, places_};
-    putApart(
-        findScansWithRivalsAlike(alike_.undecidedScans(placed.assembly), scans, odds, input_.decisions, input_.options),
-        kHasRival,
-        alike_.tied(),
-        placed);
+    putApart(findScansWithRivalsAlike(alike_.undecidedScans(placed.assembly),
+                                      scans,
+                                      odds,
+                                      evidenceFunction(),
+                                      most_by_links,
+                                      input_.decisions,
+                                      input_.options),
+             kHasRival,
+             alike_.tied(),
+             placed);
     separateHanging(placed);
   }
 

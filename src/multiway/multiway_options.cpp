@@ -65,7 +65,6 @@ validate(const MultiwayOptions& options)
   requirePositive("choice.loop_bound", choice.loop_bound);
   requireShare("choice.sure", choice.sure);
   requireShare("choice.rival", choice.rival);
-  requirePositive("choice.outvoted", choice.outvoted);
   requirePositive("choice.clear_odds", choice.clear_odds);
   requirePositive("choice.score_power", choice.score_power);
   requireShare("choice.lone", choice.lone);

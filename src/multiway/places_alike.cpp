@@ -77,17 +77,22 @@ PlacesAlike::findFurniture(const HypothesisGraph& graph)
     const auto k = static_cast<std::size_t>(index);
     evidence[k] = furniture(sure[k].source, sure[k].target, sure[k].T_target_source);
   });
-  const auto isOfWalled = [&](int scan) {
-    const auto i = static_cast<std::size_t>(scan);
-    return isWalled(input_.prepared[i], furniture_[i]);
-  };
   std::vector<FurnitureEvidence> walled;
   for (std::size_t k = 0; k < sure.size(); ++k)
     if (isOfWalled(sure[k].source) && isOfWalled(sure[k].target))
       walled.push_back(evidence[k]);
-  findings.distinguishes = shareOfPlacesAlike(evidence, config) >= config.least_false;
-  findings.refutes = shareOfPlacesAlike(walled, config) >= config.least_false;
+  findings.false_share = shareOfPlacesAlike(evidence, config);
+  findings.false_share_of_walled = shareOfPlacesAlike(walled, config);
+  findings.distinguishes = findings.false_share >= config.least_false;
+  findings.refutes = findings.false_share_of_walled >= config.least_false;
   return findings;
+}
+
+bool
+PlacesAlike::isOfWalled(int scan) const
+{
+  const auto i = static_cast<std::size_t>(scan);
+  return isWalled(input_.prepared[i], furniture_[i]);
 }
 
 FurnitureEvidence
@@ -99,12 +104,16 @@ PlacesAlike::furniture(int source, int target, const Eigen::Isometry3d& T_target
 }
 
 double
-PlacesAlike::samePlaceLogOdds(const PlacedPair& pair) const
+PlacesAlike::samePlaceLogOdds(const PlacedPair& pair, FurnitureOf whose) const
 {
+  if (furniture_.empty())
+    return 0;
+  if (whose == FurnitureOf::Walled)
+    return isOfWalled(pair.source) && isOfWalled(pair.target)
+               ? logOddsAmongMany(furniture(pair.source, pair.target, pair.T_target_source), input_.options.furniture)
+               : 0;
   if (isDecided({pair.source, pair.target}))
     return std::log(input_.options.choice.clear_odds);
-  if (evidence_.areTooFar(pair.source, pair.target, pair.T_target_source))
-    return 0;
   const Eigen::Vector3d& place = places_[static_cast<std::size_t>(pair.source)];
   const Eigen::Vector3d& other = places_[static_cast<std::size_t>(pair.target)];
   const ChoiceConfig& choice = input_.options.choice;
@@ -114,17 +123,28 @@ PlacesAlike::samePlaceLogOdds(const PlacedPair& pair) const
 }
 
 bool
-PlacesAlike::isRefutedAnywhere(const Assembly& assembly, const HypothesisGraph& graph) const
+PlacesAlike::areUnrelated(const PlacedPair& pair) const
 {
+  return tied_[static_cast<std::size_t>(pair.source)] != tied_[static_cast<std::size_t>(pair.target)] &&
+         evidence_.areTooFar(pair.source, pair.target, pair.T_target_source);
+}
+
+double
+PlacesAlike::refutedShare(const Assembly& assembly, const HypothesisGraph& graph) const
+{
+  double largest = 0;
   if (!input_.options.alias.check)
-    return false;
+    return largest;
   const ChoiceConfig& config = input_.options.choice;
-  const std::vector<std::vector<int>> parts = undecidedParts(assembly, 2);
-  return std::any_of(parts.begin(), parts.end(), [&](const std::vector<int>& members) {
+  for (const std::vector<int>& members : undecidedParts(assembly, 2)) {
     const int part = assembly.part[static_cast<std::size_t>(members.front())];
-    return isRefuted(countSureLinks(assembly, links_, graph, part, SureBy::Pair, config), config) ||
-           isRefuted(countSureLinks(assembly, links_, graph, part, SureBy::Loops, config), config);
-  });
+    for (const SureBy by : {SureBy::Pair, SureBy::Loops}) {
+      const SureLinks sure = countSureLinks(assembly, links_, graph, part, by, config);
+      if (isRefuted(sure, config))
+        largest = std::max(largest, sure.contradicted / static_cast<double>(sure.wrong.size()));
+    }
+  }
+  return largest;
 }
 
 Piles

@@ -24,8 +24,16 @@ struct Doubt {
 
 /// What furniture says of the sure links of a job.
 struct FurnitureFindings {
-  bool distinguishes = false; ///< FurnitureConfig::least_false of them are false by it: it distinguishes places here
-  bool refutes = false;       ///< ... of those between walled scans: places look alike here
+  double false_share = 0;           ///< of all sure links, by it
+  double false_share_of_walled = 0; ///< of those between walled scans
+  bool distinguishes = false;       ///< FurnitureConfig::least_false of all: it distinguishes places here
+  bool refutes = false;             ///< ... of those between walled scans: places look alike here
+};
+
+/// Whose furniture counts.
+enum class FurnitureOf {
+  Walled, ///< pairs of walled scans: leaves are seen through, and prove nothing
+  All     ///< of all, where places look alike; and scans at one place are two places
 };
 
 /** \brief The tests for places that look alike (MAPS, "Places that look alike" and "Storeys alike").
@@ -59,18 +67,23 @@ public:
   FurnitureFindings
   findFurniture(const HypothesisGraph& graph);
 
-  /** \brief Log odds that two scans at a pose show one place, not two that look alike: logOddsAmongMany(), less those
-   * of ChoiceConfig::clear_odds within ChoiceConfig::same_translation. Of scans that a person tied to each other those
-   * are the odds.
+  /** \brief Log odds that two scans at a pose show one place, not two that look alike: logOddsAmongMany(), where
+   * places look alike less those of ChoiceConfig::clear_odds within ChoiceConfig::same_translation. Of scans that a
+   * person tied to each other those are the odds; 0 where AliasConfig::check is off.
    *
    * Furniture differs where walls are alike, and a scanner is hardly set up twice at one place.
    */
   double
-  samePlaceLogOdds(const PlacedPair& pair) const;
+  samePlaceLogOdds(const PlacedPair& pair, FurnitureOf whose) const;
 
-  /// Whether the sure links of any part contradict each other too often.
+  /// Whether scans are too far from each other to share anything, and no person tied them to each other.
   bool
-  isRefutedAnywhere(const Assembly& assembly, const HypothesisGraph& graph) const;
+  areUnrelated(const PlacedPair& pair) const;
+
+  /// The share of its sure links that a part contradicts, where that is too often (isRefuted()); of several parts the
+  /// largest, 0 where there is none.
+  double
+  refutedShare(const Assembly& assembly, const HypothesisGraph& graph) const;
 
   /// Piles within ChoiceConfig::same_translation in which a scan and at least two others see the same: a reason for
   /// doubt where these alone say so (findScansWithRivals()).
@@ -92,6 +105,8 @@ private:
   /// Of AliasConfig::least_scans scans and more.
   Piles
   pilesOf(const Assembly& assembly, const std::vector<int>& members, SeenInPile seen) const;
+  bool
+  isOfWalled(int scan) const;
   FurnitureEvidence
   furniture(int source, int target, const Eigen::Isometry3d& T_target_source) const;
   /// Parts of at least so many scans that are not decided.

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <utility>
 
 namespace pcl_ssfr {
@@ -118,15 +119,24 @@ private:
 
 } // namespace
 
+double
+logOdds(const PlaceOdds& chosen, const PlaceOdds& rival, double most_by_links, const ChoiceConfig& config)
+{
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  if (!(rival.score > 0))
+    return kInfinity;
+  if (!(chosen.score > 0))
+    return -kInfinity;
+  return std::min(std::log(chosen.belief / rival.belief), most_by_links) +
+         config.score_power * std::log(chosen.score / rival.score);
+}
+
 bool
 isClear(const PlaceOdds& chosen, const PlaceOdds& rival, const MultiwayOptions& options)
 {
-  if (rival.score > chosen.score)
-    return false;
-  if (!(rival.score > 0))
-    return true;
-  return chosen.belief * std::pow(chosen.score / rival.score, options.choice.score_power) >=
-         options.choice.clear_odds * rival.belief;
+  constexpr double kUnbounded = std::numeric_limits<double>::infinity();
+  return rival.score <= chosen.score &&
+         logOdds(chosen, rival, kUnbounded, options.choice) >= std::log(options.choice.clear_odds);
 }
 
 std::vector<ProposedPose>

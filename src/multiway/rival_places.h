@@ -17,9 +17,14 @@ struct PlaceOdds {
   double belief = 0;
   double score = 0;
 };
-/** \brief Whether the odds for the place chosen against a rival are enough (ChoiceConfig::clear_odds): those of the
- * links times those of the surfaces, by ChoiceConfig::score_power. A rival whose score is not positive is none; one
- * with the higher score always competes.
+/** \brief Log odds for the place chosen against a rival: those of the links, at most \p most_by_links for it, and those
+ * of the surfaces, by ChoiceConfig::score_power. Infinite where one of the scores is not positive, the rival's first.
+ */
+double
+logOdds(const PlaceOdds& chosen, const PlaceOdds& rival, double most_by_links, const ChoiceConfig& config);
+
+/** \brief Whether the odds for the place chosen against a rival are enough (ChoiceConfig::clear_odds), however much
+ * the links say. A rival whose score is not positive is none; one with the higher score always competes.
  */
 bool
 isClear(const PlaceOdds& chosen, const PlaceOdds& rival, const MultiwayOptions& options);

@@ -4,7 +4,6 @@
 #include "multiway/same_place.h"
 
 #include "common/parallel.h"
-#include "multiway/growing_parts.h"
 #include "multiway/parts.h"
 
 #include <algorithm>
@@ -20,161 +19,16 @@ namespace {
 
 constexpr double kSameView = 0.1; // of what makes places distinct: within it scans see the same of each other
 
-using PartPair = std::pair<int, int>; // of parts, the lower number first
-
-/// One part laid into the frame of another one.
-struct Join {
-  Eigen::Isometry3d T_b_a;
-  double link = 0;     ///< probability by the surest link that says so
-  double odds = 0;     ///< SamePlaceOdds of all scans of the one with all scans of the other
-  std::string refusal; ///< of the join test
-};
-
-class SamePlaceAssembler {
-public:
-  SamePlaceAssembler(const std::vector<PairLink>& links,
-                     const HypothesisGraph& graph,
-                     const std::vector<Eigen::Vector3d>& places,
-                     SamePlaceOdds& odds,
-                     const Decisions& decisions,
-                     const MultiwayOptions& options,
-                     const JoinTest& join_test)
-      : links_(links), graph_(graph), places_(places), odds_(odds), decisions_(decisions), options_(options),
-        join_test_(join_test), parts_(links, graph, places, options.choice)
-  {}
-
-  Assembly
-  run()
-  {
-    joinAccepted();
-    for (findJoins(); joinBest(); findJoins()) {
-    }
-    explainRefusals();
-    parts_.adjustAll();
-    chooseLinks(parts_.assembly(), links_, graph_, places_, options_.choice);
-    return std::move(parts_.assembly());
-  }
-
-private:
-  PartPair
-  partsOf(const PairLink& link) const
-  {
-    return std::minmax({parts_.partOf(link.source), parts_.partOf(link.target)});
-  }
-  /// Where a pose of a pair lays the first of its parts in the frame of the second one.
-  Eigen::Isometry3d
-  joinPose(const PairLink& link, const Eigen::Isometry3d& T_target_source) const
-  {
-    const Eigen::Isometry3d there = parts_.partPose(link, T_target_source);
-    return parts_.partOf(link.source) < parts_.partOf(link.target) ? there : there.inverse();
-  }
-
-  void
-  joinAccepted()
-  {
-    for (const PairLink& link : links_) {
-      const auto [a, b] = partsOf(link);
-      if (a != b && isAccepted(decisions_, link.source, link.target) && !link.hypotheses.empty())
-        parts_.merge(a, b, joinPose(link, link.hypotheses.front().T_target_source));
-    }
-  }
-
-  /// The joins of all pairs of parts that are not known yet, by sure hypotheses.
-  void
-  findJoins()
-  {
-    std::map<PartPair, std::vector<Join>> found;
-    for (std::size_t k = 0; k < links_.size(); ++k) {
-      const PartPair pair = partsOf(links_[k]);
-      if (pair.first == pair.second || joins_.count(pair) > 0)
-        continue;
-      std::vector<Join>& joins = found[pair];
-      const Eigen::Vector3d place = parts_.placeOf(pair.first);
-      for (std::size_t h = graph_.first[k]; h < graph_.first[k + 1]; ++h) {
-        const WeighedHypothesis& w = graph_.hypotheses[h];
-        if (w.prior < options_.choice.sure)
-          continue;
-        const Join join{joinPose(links_[k], links_[k].hypotheses[w.rank].T_target_source), w.prior, 0, ""};
-        const auto same = std::find_if(joins.begin(), joins.end(), [&](const Join& other) {
-          return !areDistinct(join.T_b_a, other.T_b_a, place, options_.choice);
-        });
-        if (same == joins.end())
-          joins.push_back(join);
-        else if (join.link > same->link)
-          *same = join;
-      }
-    }
-    for (auto& [pair, joins] : found) {
-      for (Join& join : joins) {
-        const std::vector<PlacedPair> pairs = parts_.pairsAt(pair.first, pair.second, join.T_b_a);
-        join.refusal = join_test_ ? join_test_(pairs) : "";
-        if (join.refusal.empty())
-          join.odds = odds_.of(pairs);
-      }
-      joins_[pair] = std::move(joins);
-    }
-  }
-
-  /// \return whether any join has odds for it
-  bool
-  joinBest()
-  {
-    PartPair parts;
-    const Join* best = nullptr;
-    double most = 0;
-    for (const auto& [pair, joins] : joins_)
-      for (const Join& join : joins) {
-        const double evidence = std::log(join.link) + join.odds; // of equal odds the surer link
-        if (join.refusal.empty() && join.odds > 0 && (!best || evidence > most)) {
-          parts = pair;
-          best = &join;
-          most = evidence;
-        }
-      }
-    if (!best)
-      return false;
-    parts_.merge(parts.first, parts.second, best->T_b_a);
-    for (auto it = joins_.begin(); it != joins_.end();) {
-      const auto touches = [&](int part) { return it->first.first == part || it->first.second == part; };
-      it = touches(parts.first) || touches(parts.second) ? joins_.erase(it) : std::next(it);
-    }
-    return true;
-  }
-
-  void
-  explainRefusals()
-  {
-    for (std::size_t k = 0; k < links_.size(); ++k) {
-      const auto joins = joins_.find(partsOf(links_[k]));
-      if (joins == joins_.end() || joins->second.empty())
-        continue;
-      const Join& best = *std::max_element(
-          joins->second.begin(), joins->second.end(), [](const Join& a, const Join& b) { return a.odds < b.odds; });
-      parts_.assembly().refusal[k] = !best.refusal.empty() ? best.refusal
-                                     : best.odds < 0
-                                         ? "places here look alike, and what is in them is not the same"
-                                         : "places here look alike, and nothing in view of both distinguishes them";
-    }
-  }
-
-  const std::vector<PairLink>& links_;
-  const HypothesisGraph& graph_;
-  const std::vector<Eigen::Vector3d>& places_;
-  SamePlaceOdds& odds_;
-  const Decisions& decisions_;
-  const MultiwayOptions& options_;
-  const JoinTest& join_test_;
-  GrowingParts parts_;
-  std::map<PartPair, std::vector<Join>> joins_; ///< of each two parts
-};
-
 class RivalAlikeSearch {
 public:
   RivalAlikeSearch(const PlacedScans& placed,
                    SamePlaceOdds& odds,
+                   const EvidenceFunction& evidence,
+                   double most_by_links,
                    const Decisions& decisions,
                    const MultiwayOptions& options)
-      : placed_(placed), odds_(odds), decisions_(decisions), options_(options), parts_(membersOf(placed.assembly))
+      : placed_(placed), odds_(odds), evidence_(evidence), most_by_links_(most_by_links), decisions_(decisions),
+        options_(options), parts_(membersOf(placed.assembly))
   {}
 
   bool
@@ -196,8 +50,7 @@ public:
       if (std::any_of(known.begin(), known.end(), isKnown) || odds_.of({proposed.pair}) < 0)
         continue;
       known.push_back(rival);
-      const bool competes = there == part ? !(oddsAgainst(scan, rival) >= std::log(options_.choice.clear_odds))
-                                          : oddsAt(scan, there, rival) > std::max(here, 0.0);
+      const bool competes = there == part ? !isClearOf(scan, rival) : oddsAt(scan, there, rival) > std::max(here, 0.0);
       if (competes)
         return true;
     }
@@ -230,6 +83,43 @@ private:
       if (other != scan)
         pairs.push_back({scan, other, pose(other).inverse() * at});
     return odds_.of(pairs);
+  }
+
+  /// Of a rival in its part: by what distinguishes places, by its links, and by all surfaces of the others; not by
+  /// those that stand where it does, which would confirm each other anywhere.
+  bool
+  isClearOf(int scan, const Eigen::Isometry3d& rival)
+  {
+    std::vector<int> others;
+    const std::vector<int> beside = standingAt(scan, pose(scan)); // in the order of the part
+    std::set_difference(parts_.at(partOf(scan)).begin(),
+                        parts_.at(partOf(scan)).end(),
+                        beside.begin(),
+                        beside.end(),
+                        std::back_inserter(others));
+    PlaceOdds here, there;
+    for (const ProposedPose& proposed : proposedPoses(scan, placed_)) {
+      if (!std::binary_search(others.begin(), others.end(), proposed.other))
+        continue;
+      if (!isDistinct(scan, pose(scan), proposed.T_part_scan))
+        here.belief += proposed.belief;
+      else if (!isDistinct(scan, rival, proposed.T_part_scan))
+        there.belief += proposed.prior;
+    }
+    here.score = scoreAt(scan, others, pose(scan));
+    there.score = scoreAt(scan, others, rival);
+    return oddsAgainst(scan, rival) + logOdds(here, there, most_by_links_, options_.choice) >=
+           std::log(options_.choice.clear_odds);
+  }
+  /// What others see of a scan at a pose, loosely; its own entry is not read.
+  double
+  scoreAt(int scan, const std::vector<int>& others, const Eigen::Isometry3d& at) const
+  {
+    PlacementEvidence sum;
+    for (const int other : others)
+      if (other != scan)
+        sum += evidence_(scan, other, pose(other).inverse() * at, options_.choice.loose);
+    return scoreOf(sum, contradictionWeight(options_));
   }
 
   /// For where a scan is, against a rival in its part: one that stands there would go where this one is, and what the
@@ -277,6 +167,8 @@ private:
 
   const PlacedScans& placed_;
   SamePlaceOdds& odds_;
+  const EvidenceFunction& evidence_;
+  double most_by_links_;
   const Decisions& decisions_;
   const MultiwayOptions& options_;
   std::map<int, std::vector<int>> parts_;
@@ -286,8 +178,10 @@ private:
 
 SamePlaceOdds::SamePlaceOdds(PairOddsFunction odds,
                              const std::vector<Eigen::Vector3d>& places,
-                             const MultiwayOptions& options)
-    : odds_(std::move(odds)), places_(places), config_(options.choice), threads_(static_cast<int>(options.threads))
+                             const MultiwayOptions& options,
+                             PairTest are_unrelated)
+    : odds_(std::move(odds)), are_unrelated_(std::move(are_unrelated)), places_(places), config_(options.choice),
+      threads_(static_cast<int>(options.threads))
 {
   config_.same_translation *= kSameView;
   config_.same_rotation *= kSameView;
@@ -296,10 +190,13 @@ SamePlaceOdds::SamePlaceOdds(PairOddsFunction odds,
 double
 SamePlaceOdds::of(const std::vector<PlacedPair>& pairs)
 {
-  std::vector<double> found(pairs.size());
+  std::vector<PlacedPair> ordered;
+  std::copy_if(pairs.begin(), pairs.end(), std::back_inserter(ordered), [&](const PlacedPair& pair) {
+    return !are_unrelated_ || !are_unrelated_(pair);
+  });
+  std::vector<double> found(ordered.size());
   std::vector<std::size_t> missing;
-  std::vector<PlacedPair> ordered(pairs);
-  for (std::size_t k = 0; k < pairs.size(); ++k) {
+  for (std::size_t k = 0; k < ordered.size(); ++k) {
     PlacedPair& pair = ordered[k];
     if (pair.source > pair.target)
       pair = {pair.target, pair.source, pair.T_target_source.inverse()};
@@ -325,26 +222,16 @@ SamePlaceOdds::of(const std::vector<PlacedPair>& pairs)
   return sum;
 }
 
-Assembly
-assembleBySamePlace(const std::vector<PairLink>& links,
-                    const HypothesisGraph& graph,
-                    const std::vector<Eigen::Vector3d>& places,
-                    SamePlaceOdds& odds,
-                    const Decisions& decisions,
-                    const MultiwayOptions& options,
-                    const JoinTest& join_test)
-{
-  return SamePlaceAssembler(links, graph, places, odds, decisions, options, join_test).run();
-}
-
 std::vector<int>
 findScansWithRivalsAlike(const std::vector<int>& asked,
                          const PlacedScans& placed,
                          SamePlaceOdds& odds,
+                         const EvidenceFunction& evidence,
+                         double most_by_links,
                          const Decisions& decisions,
                          const MultiwayOptions& options)
 {
-  RivalAlikeSearch search(placed, odds, decisions, options);
+  RivalAlikeSearch search(placed, odds, evidence, most_by_links, decisions, options);
   std::vector<int> found;
   std::copy_if(asked.begin(), asked.end(), std::back_inserter(found), [&](int scan) { return search.hasRival(scan); });
   return found;

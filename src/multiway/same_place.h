@@ -18,6 +18,8 @@ namespace pcl_ssfr {
 
 /// Log odds that two scans at a pose show one place and not two that look alike.
 using PairOddsFunction = std::function<double(const PlacedPair& pair)>;
+/// Whether two scans at a pose have nothing to say of each other.
+using PairTest = std::function<bool(const PlacedPair& pair)>;
 
 /** \brief Log odds that scans, laid onto each other, show one place and not two that look alike.
  *
@@ -28,7 +30,11 @@ class SamePlaceOdds {
 public:
   /// \param[in] odds of a pair; called from several threads, always with source < target
   /// \param[in] places of the sensors in the scans' frames [m]; they must outlive it
-  SamePlaceOdds(PairOddsFunction odds, const std::vector<Eigen::Vector3d>& places, const MultiwayOptions& options);
+  /// \param[in] are_unrelated nullptr: none are; those that are are not kept, as most pairs of a large job are
+  SamePlaceOdds(PairOddsFunction odds,
+                const std::vector<Eigen::Vector3d>& places,
+                const MultiwayOptions& options,
+                PairTest are_unrelated = nullptr);
 
   /// Of all these pairs together; 0 of none.
   double
@@ -41,47 +47,29 @@ private:
   };
 
   PairOddsFunction odds_;
+  PairTest are_unrelated_;
   const std::vector<Eigen::Vector3d>& places_;
   ChoiceConfig config_; ///< with bounds within which odds are kept
   int threads_ = 1;
   std::map<std::pair<int, int>, std::vector<Known>> known_;
 };
 
-/** \brief Put scans together where places look alike: what looks most like one place first.
- *
- * Where places look alike, sure links are false, agree with each other, and close loops. So a link only says where two
- * parts may be laid onto each other; whether they are is said by what all scans of the one see of all scans of the
- * other. Of all joins with odds for one place the one comes first for which there is most evidence: a wrong one has
- * little of it between two scans, and much against it once both have been joined with others. What is left of it is
- * found by findScansWithRivalsAlike().
- *
- * \param[in] graph the priors of its hypotheses count, their beliefs do not
- * \param[in] places of the sensors in the scans' frames [m]
- * \param[in] join_test nullptr: none
- * \return with a refusal for each link on a join that was not made, and the links that are used
- */
-Assembly
-assembleBySamePlace(const std::vector<PairLink>& links,
-                    const HypothesisGraph& graph,
-                    const std::vector<Eigen::Vector3d>& places,
-                    SamePlaceOdds& odds,
-                    const Decisions& decisions,
-                    const MultiwayOptions& options,
-                    const JoinTest& join_test = nullptr);
-
 /** \brief Scans, of those asked about, for which it is not clear where they belong among places that look alike.
  *
  * Rivals are other places that links with a probability of ChoiceConfig::rival say. All other scans of its part must
  * have odds of ChoiceConfig::clear_odds for where a scan is, against a rival; a scan that stands where the rival is
- * would stand where this one does, and what the others say of that counts as well. A place in another part, by a sure
- * link, must not have higher odds, and odds for it, than the one that the scan has: if both were right, the parts would
- * be joined.
+ * would stand where this one does, and what the others say of that counts as well. To what distinguishes places the
+ * odds of the links and of all surfaces are added (logOdds()). A place in another part, by a sure link, must not have
+ * higher odds, and odds for it, than the one that the scan has: if both were right, the parts would be joined.
+ * \param[in] most_by_links mostLogOddsByLinks()
  * \return in the order of \p asked; no scan of which a person accepted a link
  */
 std::vector<int>
 findScansWithRivalsAlike(const std::vector<int>& asked,
                          const PlacedScans& placed,
                          SamePlaceOdds& odds,
+                         const EvidenceFunction& evidence,
+                         double most_by_links,
                          const Decisions& decisions,
                          const MultiwayOptions& options);
 

@@ -55,9 +55,8 @@ struct ChoiceConfig {
   /// those of the links times those of the surfaces: links of places alike err together, so they never decide alone.
   double clear_odds = 100;
   double score_power = 9; ///< of the ratio of their scores, for the odds of the surfaces; fitted to poses of pairs
-  double outvoted = 1.5;  ///< belief for a place over that against it, from which on no rival is looked at
   double rival = 0.1;     ///< probability of a link from which on its pose is compared with the one chosen
-  double lone = 0.95;     ///< probability that a link must have that alone joins two parts
+  double lone = 0.95;     ///< probability that a join must have, unless fewer of the sure links are right
   /// Factor on matching distances and margins before the poses are exact, and on same_rotation and same_translation:
   /// what does not agree even so is another place.
   double loose = 2;
