@@ -75,7 +75,7 @@ protected:
     // No loops: beliefs by hand.
     for (std::size_t k = 0; k < job_.links.size(); ++k) {
       graph_.first.push_back(k);
-      graph_.hypotheses.push_back({k, 0, 0.97, k % 2 == 0 ? 0.995 : 0.9, 0});
+      graph_.hypotheses.push_back({k, 0, 0.97, k % 2 == 0 ? 0.995 : 0.9});
     }
     graph_.first.push_back(job_.links.size());
   }

@@ -59,6 +59,7 @@ TEST(ClearOdds, linksSayNoMoreThanTheyAreTrusted)
   EXPECT_NEAR(logOdds({20, 0.4}, {1, 0.2}, 0, config), config.score_power * std::log(2), 1e-12);
   EXPECT_EQ(logOdds({1, 0.1}, {1, 0}, 2, config), kInfinity);
   EXPECT_EQ(logOdds({1, 0}, {1, 0.1}, 2, config), -kInfinity);
+  EXPECT_EQ(logOdds({0, 0.3}, {0, 0.1}, 2, config), -kInfinity); // no link says either
 }
 
 /// Five scans that are placed as they are; scan 4 may stand elsewhere. What the others see of it decides.
@@ -83,7 +84,7 @@ protected:
       graph.first.push_back(graph.hypotheses.size());
       for (std::size_t rank = 0; rank < job_.links[k].hypotheses.size(); ++rank) {
         const double p = job_.links[k].hypotheses[rank].probability;
-        graph.hypotheses.push_back({k, rank, p, p, 0});
+        graph.hypotheses.push_back({k, rank, p, p});
       }
     }
     graph.first.push_back(graph.hypotheses.size());

@@ -3,6 +3,7 @@
 
 #include "multiway/assembly.h"
 
+#include "common/logit.h"
 #include "multiway/growing_parts.h"
 #include "multiway/same_place.h"
 
@@ -126,7 +127,7 @@ private:
         const double probability = rule_.by_loops ? w.belief : w.prior;
         if (probability < options_.choice.sure)
           continue;
-        const double links = std::min(std::log(probability / (1 - probability)), std::log(options_.choice.clear_odds));
+        const double links = std::min(logit(probability), std::log(options_.choice.clear_odds));
         const Join join{joinPose(links_[k], links_[k].hypotheses[w.rank].T_target_source), probability, links, 0, ""};
         const auto same = std::find_if(joins.begin(), joins.end(), [&](const Join& other) {
           return !areDistinct(join.T_b_a, other.T_b_a, place, options_.choice);
@@ -225,7 +226,7 @@ private:
 double
 mostLogOddsByLinks(double false_share, const ChoiceConfig& config)
 {
-  return std::clamp(std::log((1 - false_share) / false_share), 0.0, std::log(config.clear_odds));
+  return std::clamp(-logit(false_share), 0.0, std::log(config.clear_odds));
 }
 
 Assembly

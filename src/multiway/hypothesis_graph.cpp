@@ -206,9 +206,8 @@ weighHypotheses(const std::vector<PairLink>& links,
       double sum = std::max(none[k], kSmallest);
       for (std::size_t m = 0; m < loops[k].size(); ++m) {
         WeighedHypothesis& h = graph.hypotheses[graph.first[k] + m];
-        h.loops = loops[k][m];
         const double gain =
-            std::clamp(options.choice.loop_weight * h.loops, -options.choice.loop_bound, options.choice.loop_bound);
+            std::clamp(options.choice.loop_weight * loops[k][m], -options.choice.loop_bound, options.choice.loop_bound);
         sum += h.belief = std::max(h.prior, kSmallest) * std::exp(gain);
       }
       for (std::size_t m = 0; m < loops[k].size(); ++m)

@@ -20,7 +20,6 @@ struct WeighedHypothesis {
   std::size_t rank = 0; ///< among the hypotheses of the link
   double prior = 0;     ///< probability by the pair alone, in a building of this kind
   double belief = 0;    ///< by the loops that it is part of as well
-  double loops = 0;     ///< sure loops that close with it less those that do not
 };
 
 /// The links of a job, weighed against each other.

@@ -3,6 +3,7 @@
 
 #include "multiway/map_stages.h"
 
+#include "common/logit.h"
 #include "common/stage_clock.h"
 #include "judgement/scored_pose.h"
 #include "multiway/assembly.h"
@@ -16,7 +17,6 @@
 #include "multiway/scan_pair.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <map>
 #include <numeric>
@@ -105,15 +105,20 @@ private:
     SamePlaceOdds odds = samePlaceOdds(FurnitureOf::Walled);
     const ChoiceConfig& config = input_.options.choice;
     const double most_by_links = mostLogOddsByLinks(placed.furniture.false_share_of_walled, config);
-    const JoinRule rule = {most_by_links, std::min(most_by_links, std::log(config.lone / (1 - config.lone))), true};
-    placed.assembly =
-        assemble(links_, placed.graph, places_, odds, rule, input_.decisions, names_, input_.options, poseTest());
-    adjustment_.startFrom(placed.assembly.poses);
+    putTogether(odds, {most_by_links, std::min(most_by_links, logit(config.lone)), true}, placed);
     report("choose", 2, 3);
-    placed.reasons.resize(names_.size());
     separateHanging(placed);
     report("choose", 3, 3);
     return placed;
+  }
+
+  void
+  putTogether(SamePlaceOdds& odds, const JoinRule& rule, Placement& placed)
+  {
+    placed.assembly =
+        assemble(links_, placed.graph, places_, odds, rule, input_.decisions, names_, input_.options, poseTest());
+    adjustment_.startFrom(placed.assembly.poses);
+    placed.reasons.assign(names_.size(), "");
   }
 
   SamePlaceOdds
@@ -151,23 +156,23 @@ private:
   void
   chooseAnewInDoubt(Placement& placed)
   {
-    const FurnitureFindings& furniture = placed.furniture;
-    const double refuted_share = alike_.refutedShare(placed.assembly, placed.graph);
-    if (!furniture.refutes && !(refuted_share > 0) &&
-        !(furniture.distinguishes && !alike_.storeys(placed.assembly).empty()))
+    if (!input_.options.alias.check)
       return;
-    placed.is_distinguished = furniture.distinguishes;
+    const FurnitureFindings& furniture = placed.furniture;
+    const double least_false = input_.options.furniture.least_false;
+    const bool distinguishes = furniture.false_share >= least_false;
+    const double refuted_share = alike_.refutedShare(placed.assembly, placed.graph);
+    if (furniture.false_share_of_walled < least_false && !(refuted_share > 0) &&
+        !(distinguishes && !alike_.storeys(placed.assembly).empty()))
+      return;
+    placed.is_distinguished = distinguishes;
     map_.notes.resize(notes_); // of what is chosen anew
     report("choose", 2, 3);
     SamePlaceOdds odds = samePlaceOdds(FurnitureOf::All);
     const double most_by_links =
         mostLogOddsByLinks(std::max(furniture.false_share, refuted_share), input_.options.choice);
-    const JoinRule rule = {most_by_links, 0, false};
     // The beliefs by loops stay in the graph: what only outvoted links hold falls apart where scans are put apart.
-    placed.assembly =
-        assemble(links_, placed.graph, places_, odds, rule, input_.decisions, names_, input_.options, poseTest());
-    adjustment_.startFrom(placed.assembly.poses);
-    placed.reasons.assign(names_.size(), "");
+    putTogether(odds, {most_by_links, 0, false}, placed);
     report("choose", 3, 3);
     separateHanging(placed);
     adjustHanging(placed);

@@ -83,8 +83,6 @@ PlacesAlike::findFurniture(const HypothesisGraph& graph)
       walled.push_back(evidence[k]);
   findings.false_share = shareOfPlacesAlike(evidence, config);
   findings.false_share_of_walled = shareOfPlacesAlike(walled, config);
-  findings.distinguishes = findings.false_share >= config.least_false;
-  findings.refutes = findings.false_share_of_walled >= config.least_false;
   return findings;
 }
 

@@ -24,10 +24,8 @@ struct Doubt {
 
 /// What furniture says of the sure links of a job.
 struct FurnitureFindings {
-  double false_share = 0;           ///< of all sure links, by it
-  double false_share_of_walled = 0; ///< of those between walled scans
-  bool distinguishes = false;       ///< FurnitureConfig::least_false of all: it distinguishes places here
-  bool refutes = false;             ///< ... of those between walled scans: places look alike here
+  double false_share = 0;           ///< of all; FurnitureConfig::least_false: it distinguishes places here
+  double false_share_of_walled = 0; ///< of those between walled scans; as many: places look alike here
 };
 
 /// Whose furniture counts.
@@ -67,9 +65,9 @@ public:
   FurnitureFindings
   findFurniture(const HypothesisGraph& graph);
 
-  /** \brief Log odds that two scans at a pose show one place, not two that look alike: logOddsAmongMany(), where
-   * places look alike less those of ChoiceConfig::clear_odds within ChoiceConfig::same_translation. Of scans that a
-   * person tied to each other those are the odds; 0 where AliasConfig::check is off.
+  /** \brief Log odds that two scans at a pose show one place, not two that look alike: logOddsAmongMany(). 0
+   * where AliasConfig::check is off. Where places look alike (FurnitureOf::All), less those of ChoiceConfig::clear_odds
+   * within ChoiceConfig::same_translation, and these are the odds of scans that a person tied to each other.
    *
    * Furniture differs where walls are alike, and a scanner is hardly set up twice at one place.
    */

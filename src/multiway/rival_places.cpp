@@ -46,9 +46,13 @@ public:
     if (places.rivals.empty())
       return false;
     const bool by_surfaces = !pile.empty();
-    const PlaceOdds here{by_surfaces ? 1 : places.agree, scoreAt(scan, members, pose(scan))};
+    const PlaceOdds here{by_surfaces ? 1 : places.agree,
+                         scoreAt(scan, pose(scan), members, placed_.assembly, evidence_, options_)};
     return std::any_of(places.rivals.begin(), places.rivals.end(), [&](const auto& rival) {
-      return !isClear(here, {by_surfaces ? 1 : rival.first, scoreAt(scan, members, rival.second)}, options_);
+      return !isClear(
+          here,
+          {by_surfaces ? 1 : rival.first, scoreAt(scan, rival.second, members, placed_.assembly, evidence_, options_)},
+          options_);
     });
   }
 
@@ -100,17 +104,6 @@ private:
       found.rivals.emplace_back(prior, proposed);
   }
 
-  /// What others say of a scan at a pose, loosely; its own entry is not read.
-  double
-  scoreAt(int scan, const std::vector<int>& others, const Eigen::Isometry3d& at) const
-  {
-    PlacementEvidence sum;
-    for (const int other : others)
-      if (other != scan)
-        sum += evidence_(scan, other, pose(other).inverse() * at, options_.choice.loose);
-    return scoreOf(sum, contradictionWeight(options_));
-  }
-
   const PlacedScans& placed_;
   const EvidenceFunction& evidence_;
   const Decisions& decisions_;
@@ -120,12 +113,28 @@ private:
 } // namespace
 
 double
+scoreAt(int scan,
+        const Eigen::Isometry3d& at,
+        const std::vector<int>& others,
+        const Assembly& assembly,
+        const EvidenceFunction& evidence,
+        const MultiwayOptions& options)
+{
+  PlacementEvidence sum;
+  for (const int other : others)
+    if (other != scan)
+      sum +=
+          evidence(scan, other, assembly.poses[static_cast<std::size_t>(other)].inverse() * at, options.choice.loose);
+  return scoreOf(sum, contradictionWeight(options));
+}
+
+double
 logOdds(const PlaceOdds& chosen, const PlaceOdds& rival, double most_by_links, const ChoiceConfig& config)
 {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   if (!(rival.score > 0))
     return kInfinity;
-  if (!(chosen.score > 0))
+  if (!(chosen.score > 0) || !(chosen.belief + rival.belief > 0))
     return -kInfinity;
   return std::min(std::log(chosen.belief / rival.belief), most_by_links) +
          config.score_power * std::log(chosen.score / rival.score);

@@ -17,8 +17,18 @@ struct PlaceOdds {
   double belief = 0;
   double score = 0;
 };
+/// The score of what others see of a scan at a pose in their part, loosely; its own entry is not read.
+double
+scoreAt(int scan,
+        const Eigen::Isometry3d& at,
+        const std::vector<int>& others,
+        const Assembly& assembly,
+        const EvidenceFunction& evidence,
+        const MultiwayOptions& options);
+
 /** \brief Log odds for the place chosen against a rival: those of the links, at most \p most_by_links for it, and those
- * of the surfaces, by ChoiceConfig::score_power. Infinite where one of the scores is not positive, the rival's first.
+ * of the surfaces, by ChoiceConfig::score_power. Infinite where the score of the rival is not positive; then against
+ * the chosen one where its score is not, or no link says either place.
  */
 double
 logOdds(const PlaceOdds& chosen, const PlaceOdds& rival, double most_by_links, const ChoiceConfig& config);

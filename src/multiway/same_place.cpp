@@ -90,13 +90,11 @@ private:
   bool
   isClearOf(int scan, const Eigen::Isometry3d& rival)
   {
+    const std::vector<int>& members = parts_.at(partOf(scan));
+    const std::vector<int> at_same_place = standingAt(scan, pose(scan)); // in the order of the members
     std::vector<int> others;
-    const std::vector<int> beside = standingAt(scan, pose(scan)); // in the order of the part
-    std::set_difference(parts_.at(partOf(scan)).begin(),
-                        parts_.at(partOf(scan)).end(),
-                        beside.begin(),
-                        beside.end(),
-                        std::back_inserter(others));
+    std::set_difference(
+        members.begin(), members.end(), at_same_place.begin(), at_same_place.end(), std::back_inserter(others));
     PlaceOdds here, there;
     for (const ProposedPose& proposed : proposedPoses(scan, placed_)) {
       if (!std::binary_search(others.begin(), others.end(), proposed.other))
@@ -106,20 +104,10 @@ private:
       else if (!isDistinct(scan, rival, proposed.T_part_scan))
         there.belief += proposed.prior;
     }
-    here.score = scoreAt(scan, others, pose(scan));
-    there.score = scoreAt(scan, others, rival);
+    here.score = scoreAt(scan, pose(scan), others, placed_.assembly, evidence_, options_);
+    there.score = scoreAt(scan, rival, others, placed_.assembly, evidence_, options_);
     return oddsAgainst(scan, rival) + logOdds(here, there, most_by_links_, options_.choice) >=
            std::log(options_.choice.clear_odds);
-  }
-  /// What others see of a scan at a pose, loosely; its own entry is not read.
-  double
-  scoreAt(int scan, const std::vector<int>& others, const Eigen::Isometry3d& at) const
-  {
-    PlacementEvidence sum;
-    for (const int other : others)
-      if (other != scan)
-        sum += evidence_(scan, other, pose(other).inverse() * at, options_.choice.loose);
-    return scoreOf(sum, contradictionWeight(options_));
   }
 
   /// For where a scan is, against a rival in its part: one that stands there would go where this one is, and what the

@@ -3,6 +3,7 @@
 
 #include "profiles/pose_refinement.h"
 
+#include "common/logit.h"
 #include "common/parallel.h"
 #include "judgement/posterior.h"
 
@@ -137,8 +138,7 @@ nearbyOptima(const PatchPair& pair, const ScoredPose& best)
 bool
 areHopeless(const PatchPair& pair, const std::vector<ScoredPose>& poses)
 {
-  const double best = computePosterior(poses, pair.posteriorModel()).best();
-  return std::log(best) - std::log(1 - best) < 2 * leastLogOdds(pair);
+  return logit(computePosterior(poses, pair.posteriorModel()).best()) < 2 * leastLogOdds(pair);
 }
 
 /// Polish the most probable pose and its rivals. Polished, a pose may lose its lead, and with it others become rivals:
