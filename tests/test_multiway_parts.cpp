@@ -12,6 +12,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <numeric>
+#include <random>
+#include <vector>
 
 namespace pcl_ssfr::test_multiway_parts {
 namespace {
@@ -143,6 +147,73 @@ TEST_F(Parts, linksThatAreNotSureHoldNothingTogether)
     if (job_.links[k].source == 3 || job_.links[k].target == 3) {
       EXPECT_EQ(assembly_.used[k], -1) << "a link between two parts";
     }
+}
+
+TEST(WeakestCuts, comeLightestFirstAndAreTheSmallerSides)
+{
+  // 1 - 3 - 4 in a row, 7 - 8 - 9 in another, held together by 4 - 7; 3 - 8 is lighter, and in no tree.
+  const std::vector<WeightedEdge> edges = {{1, 3, 5}, {4, 3, 6}, {4, 7, 0.5}, {3, 8, 0.4}, {7, 8, 3}, {8, 9, 4}};
+  const std::vector<std::vector<int>> expected = {{7, 8, 9}, {8, 9}, {9}, {1}, {1, 3}};
+  const std::vector<std::vector<int>> cuts = weakestCuts({1, 3, 4, 7, 8, 9}, edges);
+  EXPECT_EQ(cuts[0], expected[0]); // of equal sides the one without the first scan
+  EXPECT_EQ(cuts[1], expected[1]);
+  EXPECT_EQ(cuts[2], expected[2]);
+  EXPECT_EQ(cuts[3], expected[3]);
+  EXPECT_EQ(cuts[4], expected[4]);
+  EXPECT_EQ(cuts.size(), 5U);
+  EXPECT_TRUE(weakestCuts({3}, {}).empty());
+  EXPECT_EQ(weakestCuts({3, 5}, {{5, 3, -1}, {3, 5, -2}}), (std::vector<std::vector<int>>{{5}}));
+}
+
+TEST(WeakestCuts, areThoseOfTheHeaviestOfAllTrees)
+{
+  std::mt19937 generator(5);
+  std::uniform_real_distribution<double> weight(-3, 5);
+  const std::vector<int> members = {0, 2, 3, 5, 6};
+  const auto pieces = [&](const std::vector<WeightedEdge>& edges) { // of each member
+    std::vector<std::size_t> piece(members.size());
+    std::iota(piece.begin(), piece.end(), std::size_t(0));
+    for (std::size_t round = 0; round < members.size(); ++round)
+      for (const WeightedEdge& e : edges) {
+        const auto a = std::lower_bound(members.begin(), members.end(), e.a) - members.begin();
+        const auto b = std::lower_bound(members.begin(), members.end(), e.b) - members.begin();
+        piece[a] = piece[b] = std::min(piece[a], piece[b]);
+      }
+    return piece;
+  };
+  for (int trial = 0; trial < 50; ++trial) {
+    std::vector<WeightedEdge> edges;
+    for (const auto& [a, b] : pairsOf(members))
+      edges.push_back({a, b, weight(generator)});
+    std::vector<WeightedEdge> heaviest;
+    double most = -1e9;
+    for (int set = 0; set < 1 << edges.size(); ++set) {
+      std::vector<WeightedEdge> tree;
+      double sum = 0;
+      for (std::size_t k = 0; k < edges.size(); ++k)
+        if ((set >> k) & 1) {
+          tree.push_back(edges[k]);
+          sum += edges[k].weight;
+        }
+      const std::vector<std::size_t> piece = pieces(tree);
+      if (tree.size() + 1 == members.size() && std::count(piece.begin(), piece.end(), 0U) == 5 && sum > most) {
+        most = sum;
+        heaviest = tree;
+      }
+    }
+    std::sort(heaviest.begin(), heaviest.end(), [](const auto& a, const auto& b) { return a.weight < b.weight; });
+    std::vector<std::vector<int>> expected;
+    for (std::size_t cut = 0; cut < heaviest.size(); ++cut) {
+      std::vector<WeightedEdge> left = heaviest;
+      left.erase(left.begin() + static_cast<std::ptrdiff_t>(cut));
+      const std::vector<std::size_t> piece = pieces(left);
+      std::vector<int> with_first, rest;
+      for (std::size_t i = 0; i < members.size(); ++i)
+        (piece[i] == 0 ? with_first : rest).push_back(members[i]);
+      expected.push_back(rest.size() < with_first.size() ? rest : with_first);
+    }
+    EXPECT_EQ(weakestCuts(members, edges), expected) << trial;
+  }
 }
 
 /// Scans 2, 4, 5 and 8 at 0, 0.6, 0.9 and 1.2 m; scan 5 sees something else than the others.

@@ -581,6 +581,18 @@ TEST_F(Room, aLinkWithoutHypothesesSaysNothing)
     EXPECT_EQ(scan.links, 0) << scan.name;
 }
 
+TEST_F(Room, aJoinNeedsTheConfidenceOfAnAcceptedPair)
+{
+  MultiwayOptions options;
+  options.threads = 2;
+  options.registration.min_confidence = 1;
+  MultiwayRegistration registration(options);
+  addAll(registration);
+  const MultiwayMap map = registration.run();
+  EXPECT_EQ(map.components, 5);
+  EXPECT_THAT(map.scans[0].reason, HasSubstr("not sure enough"));
+}
+
 TEST_F(Room, aPersonsWordAndPriorsCount)
 {
   MultiwayOptions options;

@@ -24,6 +24,7 @@ using ::testing::Each;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::SizeIs;
 
 Eigen::Isometry3d
 shifted(double x)
@@ -133,13 +134,10 @@ protected:
       seen.matched = off.translation().norm() < 0.5 ? matched_ : 20;
       return seen;
     };
-    return findScansWithRivalsAlike({0, 1, 2, 3, 4, 5, 6},
-                                    {assembly, job_.links, graph_, job_.places},
-                                    odds,
-                                    evidence,
-                                    most_by_links_,
-                                    decisions,
-                                    options_);
+    const PlacedScans placed = {assembly, job_.links, graph_, job_.places};
+    groups_ = groupsOf({0, 1, 2, 3, 4, 5, 6}, placed, odds);
+    group_with_rival_ = findGroupWithRivalAlike(groups_, placed, odds, evidence, most_by_links_, options_);
+    return findScansWithRivalsAlike({0, 1, 2, 3, 4, 5, 6}, placed, odds, evidence, most_by_links_, decisions, options_);
   }
 
   /// All as they are, the second room and its scans in a part of their own where asked for.
@@ -149,6 +147,7 @@ protected:
     Assembly assembly;
     assembly.poses = job_.truth;
     assembly.part = part;
+    assembly.used.assign(job_.links.size(), -1);
     return assembly;
   }
 
@@ -160,6 +159,8 @@ protected:
   double matched_ = 20; // surface of two scans that meets where they are, of 20 elsewhere
   double most_by_links_ = 0;
   std::pair<int, int> unknown_{-1, -1};
+  std::vector<std::vector<int>> groups_; // of what withRivals() was asked about last ...
+  std::vector<int> group_with_rival_;    // ... and the first of them that has one
 };
 
 TEST_F(RoomsAlike, surerLinksOfPlacesAlikeJoinNothing)
@@ -278,6 +279,41 @@ TEST_F(RoomsAlike, whoIsDisplacedIsAskedAsWell)
   against_ = 5;
   std::swap(assembly.poses[1], assembly.poses[4]);
   EXPECT_THAT(withRivals(assembly), ElementsAre(1, 4));
+}
+
+TEST_F(RoomsAlike, aGroupThatSpeaksForEachOfItsScansIsAskedAsOne)
+{
+  // The second room was laid onto the first one. Furniture says nothing of that, and of each scan the two others of its
+  // room say more than scan 6, which alone sees where the room belongs.
+  against_ = 0;
+  for_ = 6;
+  Assembly assembly = asTheyAre();
+  for (const std::size_t i : {3, 4, 5})
+    assembly.poses[i] = Eigen::Translation3d(-kApart, 0, 0) * assembly.poses[i];
+  graph_ = weighHypotheses(job_.links, job_.places, {}, options_);
+  chooseLinks(assembly, job_.links, graph_, job_.places, options_.choice);
+  EXPECT_THAT(withRivals(assembly), ElementsAre(6)); // which the other room might have taken along
+  EXPECT_THAT(group_with_rival_, ElementsAre(3, 4, 5));
+
+  // As they are, with furniture against the other place, no group has a rival; without, each has.
+  assembly = asTheyAre();
+  chooseLinks(assembly, job_.links, graph_, job_.places, options_.choice);
+  for_ = 1;
+  against_ = 3;
+  withRivals(assembly);
+  EXPECT_THAT(groups_, SizeIs(::testing::Ge(2U)));
+  EXPECT_THAT(group_with_rival_, IsEmpty());
+  for_ = against_ = 0;
+  withRivals(assembly);
+  EXPECT_EQ(group_with_rival_, groups_.front());
+}
+
+TEST_F(RoomsAlike, aPartOfOneScanHasNoGroups)
+{
+  const Assembly assembly = asTheyAre({0, 1, 2, 3, 4, 5, 6});
+  SamePlaceOdds odds([](const PlacedPair&) { return 1.0; }, job_.places, options_);
+  graph_ = weighHypotheses(job_.links, job_.places, {}, options_);
+  EXPECT_THAT(groupsOf({4}, {assembly, job_.links, graph_, job_.places}, odds), IsEmpty());
 }
 
 } // namespace

@@ -37,7 +37,7 @@ class SamePlaceOdds;
 
 /// Which joins are made.
 struct JoinRule {
-  double most_by_links = 0; ///< mostLogOddsByLinks()
+  double most_by_links = 0; ///< log odds that links may add to those of a join: mostLogOddsByLinks()
   double least_odds = 0;    ///< log odds that a join must have, besides being more than 0
   bool by_loops = false;    ///< links are as sure as loops make them; else as their pairs say: where places look
                             ///< alike, loops of false links close too

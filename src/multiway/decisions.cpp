@@ -88,6 +88,18 @@ tiedScans(const Decisions& decisions, const std::vector<int>& placed, std::size_
   return tied;
 }
 
+bool
+areTiedToOthers(const std::vector<int>& group, const std::vector<int>& members, const std::vector<int>& tied)
+{
+  std::set<int> ties;
+  for (const int scan : group)
+    ties.insert(tied[static_cast<std::size_t>(scan)]);
+  return std::any_of(members.begin(), members.end(), [&](int scan) {
+    return ties.count(tied[static_cast<std::size_t>(scan)]) > 0 &&
+           !std::binary_search(group.begin(), group.end(), scan);
+  });
+}
+
 PairGuess
 guessOf(const PosePrior& source,
         const PosePrior& target,

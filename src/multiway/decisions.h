@@ -45,6 +45,11 @@ onOriginals(const Decisions& given, const std::vector<int>& original, const std:
 std::vector<int>
 tiedScans(const Decisions& decisions, const std::vector<int>& placed, std::size_t count);
 
+/// Whether scans of a group are tied to others of its part. \param[in] group,members ascending \param[in] tied
+/// tiedScans()
+bool
+areTiedToOthers(const std::vector<int>& group, const std::vector<int>& members, const std::vector<int>& tied);
+
 /// What the approximate poses of two scans say of their pose.
 /// \param[in] source_place,target_place of the sensors in the frames of the scans [m]
 PairGuess

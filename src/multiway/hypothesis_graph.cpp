@@ -14,32 +14,8 @@ namespace pcl_ssfr {
 
 namespace {
 
-constexpr int kPriorRounds = 30;
-constexpr double kPriorPairs = 5; // pairs of the fitted share that are counted to those of a small job
 constexpr int kLoopRounds = 4;
 constexpr double kSmallest = 1e-6; // probability that is still distinguished from none
-
-/// The probability that a pair shares a place when that holds for \p share of all pairs.
-double
-shifted(double probability_of_none, double share, double fitted_share)
-{
-  const double any = (1 - probability_of_none) * share / fitted_share;
-  const double none = probability_of_none * (1 - share) / (1 - fitted_share);
-  return any + none > 0 ? any / (any + none) : 0;
-}
-
-double
-estimateShare(const std::vector<double>& probabilities_of_none, double fitted_share)
-{
-  double share = fitted_share;
-  for (int round = 0; round < kPriorRounds; ++round) {
-    double sum = kPriorPairs * fitted_share;
-    for (const double none : probabilities_of_none)
-      sum += shifted(none, share, fitted_share);
-    share = std::clamp(sum / (static_cast<double>(probabilities_of_none.size()) + kPriorPairs), 0.01, 0.99);
-  }
-  return share;
-}
 
 /// Hypotheses of a pair as seen from one scan to the other.
 class Directed {
@@ -158,35 +134,22 @@ weighHypotheses(const std::vector<PairLink>& links,
                 const Decisions& decisions,
                 const MultiwayOptions& options)
 {
-  std::vector<double> none(links.size()); // by the pairs alone, later in a building of this kind
-  for (std::size_t k = 0; k < links.size(); ++k)
-    none[k] = links[k].probability_of_none;
+  std::vector<double> none(links.size());
   HypothesisGraph graph;
-  graph.related_share = estimateShare(none, options.link.fitted_share);
-  // "None of them" is a place that is not shared, or a pose that was not found. Where more pairs share a place than in
-  // what the posterior was fitted to, the first is less probable; the second is not, and what was found gains nothing.
-  const double share = std::min(graph.related_share, options.link.fitted_share);
   for (std::size_t k = 0; k < links.size(); ++k) {
     const PairLink& link = links[k];
     const bool is_accepted = isAccepted(decisions, link.source, link.target);
+    const bool is_rejected = isRejected(decisions, link.source, link.target);
     graph.first.push_back(graph.hypotheses.size());
-    const double any = 1 - none[k];
-    const double related = shifted(none[k], share, options.link.fitted_share);
-    none[k] = 1 - related;
     for (std::size_t rank = 0; rank < link.hypotheses.size(); ++rank) {
       WeighedHypothesis h;
       h.link = k;
       h.rank = rank;
-      h.prior = any > 0 ? related * link.hypotheses[rank].probability / any : 0;
-      if (is_accepted)
-        h.prior = rank == 0 ? 1 : 0;
-      if (isRejected(decisions, link.source, link.target))
-        h.prior = 0;
+      h.prior = is_accepted ? (rank == 0 ? 1 : 0) : is_rejected ? 0 : link.hypotheses[rank].probability;
       h.belief = h.prior;
       graph.hypotheses.push_back(h);
     }
-    if (is_accepted && !link.hypotheses.empty())
-      none[k] = 0;
+    none[k] = is_accepted && !link.hypotheses.empty() ? 0 : link.probability_of_none;
   }
   graph.first.push_back(graph.hypotheses.size());
 

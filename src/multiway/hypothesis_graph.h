@@ -18,7 +18,7 @@ namespace pcl_ssfr {
 struct WeighedHypothesis {
   std::size_t link = 0; ///< in the list of links
   std::size_t rank = 0; ///< among the hypotheses of the link
-  double prior = 0;     ///< probability by the pair alone, in a building of this kind
+  double prior = 0;     ///< probability by the pair alone, or as a person decided
   double belief = 0;    ///< by the loops that it is part of as well
 };
 
@@ -26,7 +26,6 @@ struct WeighedHypothesis {
 struct HypothesisGraph {
   std::vector<WeighedHypothesis> hypotheses; ///< by link, then rank
   std::vector<std::size_t> first;            ///< of each link: its hypotheses are [first[k], first[k + 1])
-  double related_share = 0;                  ///< of the pairs that show one place, estimated
 };
 
 /// Whether two poses of a pair agree: rotations within the bound, and where they put \p place (source frame) as well.
@@ -42,11 +41,10 @@ areDistinct(const Eigen::Isometry3d& a,
 
 /** \brief How probable each hypothesis is.
  *
- * The posterior of a pair was fitted to pairs of which most share a place; of the pairs of a building most do not. The
- * share of those that do is estimated (by expectation and maximisation over the job's own pairs), and where it is
- * smaller than in those pairs, every posterior is shifted to it. Then loops speak: with hypotheses i-c and c-j, a
- * hypothesis i-j either closes the loop or does not, and what the surer ones say counts more. False links that agree
- * with each other by chance do not form loops; places alike do, and are not found out here.
+ * As their pairs say, and then loops speak: with hypotheses i-c and c-j, a hypothesis i-j either closes the loop or
+ * does not, and what the surer ones say counts more. False links that agree with each other by chance do not form
+ * loops; places alike do, and are not found out here. How many pairs of the job share nothing does not count: what is
+ * probable and wrong is a place that looks alike, of the job or not (FINDINGS, "A pair among many that share nothing").
  *
  * \param[in] links by source, then target, source < target
  * \param[in] places of the sensors, in the scans' frames [m]

@@ -103,9 +103,8 @@ private:
     placed.furniture = alike_.findFurniture(placed.graph);
     report("choose", 1, 3);
     SamePlaceOdds odds = samePlaceOdds(FurnitureOf::Walled);
-    const ChoiceConfig& config = input_.options.choice;
-    const double most_by_links = mostLogOddsByLinks(placed.furniture.false_share_of_walled, config);
-    putTogether(odds, {most_by_links, std::min(most_by_links, logit(config.lone)), true}, placed);
+    const double most_by_links = std::log(input_.options.choice.clear_odds);
+    putTogether(odds, {most_by_links, logit(input_.options.registration.min_confidence), true}, placed);
     report("choose", 2, 3);
     separateHanging(placed);
     report("choose", 3, 3);
@@ -187,7 +186,42 @@ private:
              kHasRival,
              alike_.tied(),
              placed);
+    separateGroups(odds, most_by_links, placed);
     separateHanging(placed);
+  }
+
+  /// Put groups of scans apart, each a part of its own, for which it is not clear where they belong. What a person tied
+  /// to each other stays together.
+  void
+  separateGroups(SamePlaceOdds& odds, double most_by_links, Placement& placed) const
+  {
+    std::set<std::vector<int>> clear; // parts without such a group
+    while (true) {
+      const PlacedScans scans = {placed.assembly, links_, placed.graph, places_};
+      std::vector<int> group;
+      for (const auto& [part, members] : membersOf(placed.assembly)) {
+        if (clear.count(members) > 0)
+          continue;
+        std::vector<std::vector<int>> groups = groupsOf(members, scans, odds);
+        const auto is_tied = [&tied = alike_.tied(), &all = members](const std::vector<int>& one) {
+          return areTiedToOthers(one, all, tied);
+        };
+        groups.erase(std::remove_if(groups.begin(), groups.end(), is_tied), groups.end());
+        group = findGroupWithRivalAlike(groups, scans, odds, evidenceFunction(), most_by_links, input_.options);
+        if (!group.empty())
+          break;
+        clear.insert(members);
+      }
+      if (group.empty())
+        return;
+      const int next = nextPart(placed.assembly);
+      for (const int scan : group) {
+        placed.assembly.part[static_cast<std::size_t>(scan)] = next;
+        placed.reasons[static_cast<std::size_t>(scan)] = kHasRival;
+      }
+      chooseLinks(placed.assembly, links_, placed.graph, places_, input_.options.choice);
+      splitUnconnected(placed.assembly, links_, placed.graph, input_.options.choice);
+    }
   }
 
   /// Put scans apart of storeys that may be several, where furniture does not distinguish these, and of piles that may

@@ -56,7 +56,6 @@ validate(const MultiwayOptions& options)
                 static_cast<double>(link.hypotheses),
                 "be 1 to 10");
   requireShare("link.least_probability", link.least_probability);
-  requireShare("link.fitted_share", link.fitted_share);
   requireOption(link.plans_below > 0 && link.plans_below <= 1, "link.plans_below", link.plans_below, "be in (0, 1]");
   const ChoiceConfig& choice = options.choice;
   requirePositive("choice.same_rotation", choice.same_rotation);

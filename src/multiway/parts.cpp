@@ -8,8 +8,11 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <iterator>
+#include <limits>
 #include <numeric>
 #include <set>
+#include <utility>
 
 namespace pcl_ssfr {
 
@@ -95,6 +98,58 @@ splitUnconnected(Assembly& assembly,
   for (std::size_t k = 0; k < links.size(); ++k)
     if (find(links[k].source) != find(links[k].target))
       assembly.used[k] = -1;
+}
+
+std::vector<std::vector<int>>
+weakestCuts(const std::vector<int>& members, const std::vector<WeightedEdge>& edges)
+{
+  constexpr double kNone = -std::numeric_limits<double>::infinity();
+  const std::size_t n = members.size();
+  const auto number = [&](int scan) {
+    return static_cast<std::size_t>(std::lower_bound(members.begin(), members.end(), scan) - members.begin());
+  };
+  std::vector<std::vector<std::pair<std::size_t, double>>> neighbours(n);
+  for (const WeightedEdge& e : edges) {
+    neighbours[number(e.a)].emplace_back(number(e.b), e.weight);
+    neighbours[number(e.b)].emplace_back(number(e.a), e.weight);
+  }
+  // Prim's algorithm, from the first member.
+  std::vector<std::size_t> parent(n, 0), order;
+  std::vector<double> weight(n, kNone);
+  std::vector<char> is_in(n, 0);
+  for (std::size_t at = 0; order.size() < n;) {
+    is_in[at] = 1;
+    order.push_back(at);
+    for (const auto& [next, w] : neighbours[at])
+      if (!is_in[next] && w > weight[next]) {
+        weight[next] = w;
+        parent[next] = at;
+      }
+    double most = kNone;
+    for (std::size_t i = 0; i < n; ++i)
+      if (!is_in[i] && weight[i] > most) {
+        most = weight[i];
+        at = i;
+      }
+    if (!(most > kNone))
+      break;
+  }
+  std::vector<std::vector<int>> below(n); // of each member, itself and what hangs on it
+  for (auto it = order.rbegin(); it != order.rend(); ++it) {
+    below[*it].push_back(members[*it]);
+    std::sort(below[*it].begin(), below[*it].end());
+    if (*it != order.front())
+      below[parent[*it]].insert(below[parent[*it]].end(), below[*it].begin(), below[*it].end());
+  }
+  std::stable_sort(order.begin() + 1, order.end(), [&](std::size_t a, std::size_t b) { return weight[a] < weight[b]; });
+  std::vector<std::vector<int>> cuts;
+  for (auto it = order.begin() + 1; it != order.end(); ++it) {
+    std::vector<int>& side = below[*it];
+    std::vector<int> rest;
+    std::set_difference(members.begin(), members.end(), side.begin(), side.end(), std::back_inserter(rest));
+    cuts.push_back(side.size() <= rest.size() ? std::move(side) : std::move(rest));
+  }
+  return cuts;
 }
 
 std::vector<int>

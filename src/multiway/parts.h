@@ -37,6 +37,19 @@ splitUnconnected(Assembly& assembly,
                  const HypothesisGraph& graph,
                  const ChoiceConfig& config);
 
+/// What holds two scans together, the more the heavier.
+struct WeightedEdge {
+  int a = 0, b = 0;
+  double weight = 0;
+};
+/** \brief Where a part comes apart most easily: of each edge of its maximum spanning tree, the smaller one of the sides
+ * into which the part falls without it, the lightest edge first; of equal sides the one without the first scan.
+ * \param[in] members ascending
+ * \param[in] edges of the part; they must connect it
+ */
+std::vector<std::vector<int>>
+weakestCuts(const std::vector<int>& members, const std::vector<WeightedEdge>& edges);
+
 /** \brief Scans of a part that hang in what the others saw to be free: each against all others, the worst one first,
  * until none that is left contradicts more than it matches.
  * \param[in] pairs all of \p members, with their evidence

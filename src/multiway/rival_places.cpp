@@ -46,17 +46,18 @@ public:
     if (places.rivals.empty())
       return false;
     const bool by_surfaces = !pile.empty();
-    const PlaceOdds here{by_surfaces ? 1 : places.agree,
-                         scoreAt(scan, pose(scan), members, placed_.assembly, evidence_, options_)};
+    const PlaceOdds here{by_surfaces ? 1 : places.agree, scoreAt(scan, pose(scan), members)};
     return std::any_of(places.rivals.begin(), places.rivals.end(), [&](const auto& rival) {
-      return !isClear(
-          here,
-          {by_surfaces ? 1 : rival.first, scoreAt(scan, rival.second, members, placed_.assembly, evidence_, options_)},
-          options_);
+      return !isClear(here, {by_surfaces ? 1 : rival.first, scoreAt(scan, rival.second, members)}, options_);
     });
   }
 
 private:
+  double
+  scoreAt(int scan, const Eigen::Isometry3d& at, const std::vector<int>& members) const
+  {
+    return scoreOf(surfacesAt(scan, at, members, placed_.assembly, evidence_, options_), contradictionWeight(options_));
+  }
   const Eigen::Isometry3d&
   pose(int scan) const
   {
@@ -112,20 +113,31 @@ private:
 
 } // namespace
 
-double
-scoreAt(int scan,
-        const Eigen::Isometry3d& at,
-        const std::vector<int>& others,
-        const Assembly& assembly,
-        const EvidenceFunction& evidence,
-        const MultiwayOptions& options)
+PlacedScans::PlacedScans(const Assembly& its_assembly,
+                         const std::vector<PairLink>& its_links,
+                         const HypothesisGraph& its_graph,
+                         const std::vector<Eigen::Vector3d>& its_places)
+    : assembly(its_assembly), links(its_links), graph(its_graph), places(its_places), links_of(its_places.size())
+{
+  for (std::size_t k = 0; k < links.size(); ++k)
+    for (const int scan : {links[k].source, links[k].target})
+      links_of[static_cast<std::size_t>(scan)].push_back(k);
+}
+
+PlacementEvidence
+surfacesAt(int scan,
+           const Eigen::Isometry3d& at,
+           const std::vector<int>& others,
+           const Assembly& assembly,
+           const EvidenceFunction& evidence,
+           const MultiwayOptions& options)
 {
   PlacementEvidence sum;
   for (const int other : others)
     if (other != scan)
       sum +=
           evidence(scan, other, assembly.poses[static_cast<std::size_t>(other)].inverse() * at, options.choice.loose);
-  return scoreOf(sum, contradictionWeight(options));
+  return sum;
 }
 
 double
@@ -152,10 +164,8 @@ std::vector<ProposedPose>
 proposedPoses(int scan, const PlacedScans& placed)
 {
   std::vector<ProposedPose> proposed;
-  for (std::size_t k = 0; k < placed.links.size(); ++k) {
+  for (const std::size_t k : placed.links_of[static_cast<std::size_t>(scan)]) {
     const PairLink& link = placed.links[k];
-    if (link.source != scan && link.target != scan)
-      continue;
     const int other = link.source == scan ? link.target : link.source;
     const Eigen::Isometry3d& T_part_other = placed.assembly.poses[static_cast<std::size_t>(other)];
     for (std::size_t h = placed.graph.first[k]; h < placed.graph.first[k + 1]; ++h) {

@@ -8,6 +8,7 @@
 #include "multiway/hypothesis_graph.h"
 #include "multiway/parts.h"
 
+#include <cstddef>
 #include <vector>
 
 namespace pcl_ssfr {
@@ -17,14 +18,14 @@ struct PlaceOdds {
   double belief = 0;
   double score = 0;
 };
-/// The score of what others see of a scan at a pose in their part, loosely; its own entry is not read.
-double
-scoreAt(int scan,
-        const Eigen::Isometry3d& at,
-        const std::vector<int>& others,
-        const Assembly& assembly,
-        const EvidenceFunction& evidence,
-        const MultiwayOptions& options);
+/// What others see of a scan at a pose in their part, loosely; its own entry is not read.
+PlacementEvidence
+surfacesAt(int scan,
+           const Eigen::Isometry3d& at,
+           const std::vector<int>& others,
+           const Assembly& assembly,
+           const EvidenceFunction& evidence,
+           const MultiwayOptions& options);
 
 /** \brief Log odds for the place chosen against a rival: those of the links, at most \p most_by_links for it, and those
  * of the surfaces, by ChoiceConfig::score_power. Infinite where the score of the rival is not positive; then against
@@ -39,12 +40,18 @@ logOdds(const PlaceOdds& chosen, const PlaceOdds& rival, double most_by_links, c
 bool
 isClear(const PlaceOdds& chosen, const PlaceOdds& rival, const MultiwayOptions& options);
 
-/// Scans put together, and what that was made of.
+/// What is asked about: an assembly and what made it. All must outlive it.
 struct PlacedScans {
+  PlacedScans(const Assembly& assembly,
+              const std::vector<PairLink>& links,
+              const HypothesisGraph& graph,
+              const std::vector<Eigen::Vector3d>& places);
+
   const Assembly& assembly;
   const std::vector<PairLink>& links;
   const HypothesisGraph& graph;
-  const std::vector<Eigen::Vector3d>& places; ///< of the sensors in the scans' frames [m]
+  const std::vector<Eigen::Vector3d>& places;     ///< of the sensors in the scans' frames [m]
+  std::vector<std::vector<std::size_t>> links_of; ///< of each scan, ascending
 };
 
 /// Where a hypothesis of a link puts one of its scans.

@@ -19,41 +19,50 @@ namespace {
 
 constexpr double kSameView = 0.1; // of what makes places distinct: within it scans see the same of each other
 
+/// Scans of a part that are moved together, ascending, and a motion of them in the frame of the part.
+using Group = std::vector<int>;
+using Motion = Eigen::Isometry3d;
+
 class RivalAlikeSearch {
 public:
   RivalAlikeSearch(const PlacedScans& placed,
                    SamePlaceOdds& odds,
                    const EvidenceFunction& evidence,
                    double most_by_links,
-                   const Decisions& decisions,
                    const MultiwayOptions& options)
-      : placed_(placed), odds_(odds), evidence_(evidence), most_by_links_(most_by_links), decisions_(decisions),
-        options_(options), parts_(membersOf(placed.assembly))
+      : placed_(placed), odds_(odds), evidence_(evidence), most_by_links_(most_by_links), options_(options),
+        parts_(membersOf(placed.assembly))
   {}
 
+  /// \param[in] group of one part
   bool
-  hasRival(int scan)
+  hasRival(const Group& group)
   {
-    const int part = partOf(scan);
-    if (parts_.at(part).size() < 2 || hasAcceptedLink(decisions_, scan))
+    const int part = partOf(group.front());
+    const Group others = without(parts_.at(part), group);
+    if (others.empty())
       return false;
-    const double here = oddsAt(scan, part, pose(scan));
-    std::map<int, std::vector<Eigen::Isometry3d>> looked_at; // of each part
-    for (const ProposedPose& proposed : proposedPoses(scan, placed_)) {
-      const int there = partOf(proposed.other);
-      const Eigen::Isometry3d& rival = proposed.T_part_scan;
-      const double least = there == part ? options_.choice.rival : options_.choice.sure;
-      if (proposed.prior < least || (there == part && !isDistinct(scan, pose(scan), rival)))
-        continue;
-      auto& known = looked_at[there];
-      const auto isKnown = [&](const Eigen::Isometry3d& at) { return !isDistinct(scan, at, rival); };
-      if (std::any_of(known.begin(), known.end(), isKnown) || odds_.of({proposed.pair}) < 0)
-        continue;
-      known.push_back(rival);
-      const bool competes = there == part ? !isClearOf(scan, rival) : oddsAt(scan, there, rival) > std::max(here, 0.0);
-      if (competes)
-        return true;
-    }
+    const double here = oddsAt(group, others, Motion::Identity());
+    std::map<int, std::vector<Motion>> looked_at; // of each part
+    for (const int scan : group)
+      for (const ProposedPose& proposed : proposedPoses(scan, placed_)) {
+        const int there = partOf(proposed.other);
+        const double least = there == part ? options_.choice.rival : options_.choice.sure;
+        if (isOf(group, proposed.other) || proposed.prior < least ||
+            (there == part && !isDistinct(scan, pose(scan), proposed.T_part_scan)))
+          continue;
+        auto& known = looked_at[there];
+        const auto isKnown = [&](const Motion& motion) {
+          return !isDistinct(scan, motion * pose(scan), proposed.T_part_scan);
+        };
+        if (std::any_of(known.begin(), known.end(), isKnown) || odds_.of({proposed.pair}) < 0)
+          continue;
+        known.push_back(proposed.T_part_scan * pose(scan).inverse());
+        const bool competes = there == part ? !isClearOf(group, others, known.back())
+                                            : oddsAt(group, parts_.at(there), known.back()) > std::max(here, 0.0);
+        if (competes)
+          return true;
+      }
     return false;
   }
 
@@ -73,83 +82,102 @@ private:
   {
     return areDistinct(a, b, placed_.places[static_cast<std::size_t>(scan)], options_.choice);
   }
+  static bool
+  isOf(const Group& group, int scan)
+  {
+    return std::binary_search(group.begin(), group.end(), scan);
+  }
+  static Group
+  without(const Group& scans, const Group& left_out)
+  {
+    Group rest;
+    std::set_difference(scans.begin(), scans.end(), left_out.begin(), left_out.end(), std::back_inserter(rest));
+    return rest;
+  }
 
-  /// Of a scan laid into a part.
+  /// Of a group moved, by what others distinguish.
   double
-  oddsAt(int scan, int part, const Eigen::Isometry3d& at)
+  oddsAt(const Group& group, const Group& others, const Motion& motion)
   {
     std::vector<PlacedPair> pairs;
-    for (const int other : parts_.at(part))
-      if (other != scan)
-        pairs.push_back({scan, other, pose(other).inverse() * at});
+    for (const int scan : group)
+      for (const int other : others)
+        pairs.push_back({scan, other, pose(other).inverse() * motion * pose(scan)});
     return odds_.of(pairs);
   }
 
   /// Of a rival in its part: by what distinguishes places, by its links, and by all surfaces of the others; not by
   /// those that stand where it does, which would confirm each other anywhere.
   bool
-  isClearOf(int scan, const Eigen::Isometry3d& rival)
+  isClearOf(const Group& group, const Group& others, const Motion& motion)
   {
-    const std::vector<int>& members = parts_.at(partOf(scan));
-    const std::vector<int> at_same_place = standingAt(scan, pose(scan)); // in the order of the members
-    std::vector<int> others;
-    std::set_difference(
-        members.begin(), members.end(), at_same_place.begin(), at_same_place.end(), std::back_inserter(others));
+    const Group asked = without(others, standingAt(group, others, Motion::Identity()));
     PlaceOdds here, there;
-    for (const ProposedPose& proposed : proposedPoses(scan, placed_)) {
-      if (!std::binary_search(others.begin(), others.end(), proposed.other))
-        continue;
-      if (!isDistinct(scan, pose(scan), proposed.T_part_scan))
-        here.belief += proposed.belief;
-      else if (!isDistinct(scan, rival, proposed.T_part_scan))
-        there.belief += proposed.prior;
+    PlacementEvidence surfaces;
+    for (const int scan : group) {
+      for (const ProposedPose& proposed : proposedPoses(scan, placed_)) {
+        if (!isOf(asked, proposed.other))
+          continue;
+        if (!isDistinct(scan, pose(scan), proposed.T_part_scan))
+          here.belief += proposed.belief;
+        else if (!isDistinct(scan, motion * pose(scan), proposed.T_part_scan))
+          there.belief += proposed.prior;
+      }
+      for (const int other : asked)
+        surfaces += surfacesHere(scan, other);
     }
-    here.score = scoreAt(scan, pose(scan), others, placed_.assembly, evidence_, options_);
-    there.score = scoreAt(scan, rival, others, placed_.assembly, evidence_, options_);
-    return oddsAgainst(scan, rival) + logOdds(here, there, most_by_links_, options_.choice) >=
-           std::log(options_.choice.clear_odds);
+    here.score = scoreOf(surfaces, contradictionWeight(options_));
+    there.score = 1; // at most
+    const double odds = oddsAgainst(group, others, motion);
+    const double least = std::log(options_.choice.clear_odds);
+    if (odds + logOdds(here, there, most_by_links_, options_.choice) >= least)
+      return true;
+    surfaces = {};
+    for (const int scan : group)
+      surfaces += surfacesAt(scan, motion * pose(scan), asked, placed_.assembly, evidence_, options_);
+    there.score = scoreOf(surfaces, contradictionWeight(options_));
+    return odds + logOdds(here, there, most_by_links_, options_.choice) >= least;
   }
 
-  /// For where a scan is, against a rival in its part: one that stands there would go where this one is, and what the
-  /// others, but for those displaced, say of that is added. Whom that one displaces is not asked.
-  double
-  oddsAgainst(int scan, const Eigen::Isometry3d& rival)
+  /// What two scans of a part see of each other as they are.
+  const PlacementEvidence&
+  surfacesHere(int scan, int other)
   {
-    const std::vector<int> displaced = standingAt(scan, rival);
-    std::vector<int> not_asked = displaced;
-    double sum = oddsAgainst(scan, rival, not_asked);
-    const Eigen::Isometry3d T_here_rival = pose(scan) * rival.inverse();
-    for (const int other : displaced) {
-      const Eigen::Isometry3d exchanged = T_here_rival * pose(other);
-      const std::vector<int> standing = standingAt(other, exchanged);
-      not_asked.insert(not_asked.end(), standing.begin(), standing.end());
-      sum += oddsAgainst(other, exchanged, not_asked);
+    const auto [found, is_new] = surfaces_here_.try_emplace({scan, other});
+    if (is_new)
+      found->second = surfacesAt(scan, pose(scan), {other}, placed_.assembly, evidence_, options_);
+    return found->second;
+  }
+
+  /// For where a group is, against a rival in its part: what stands there would go where the group is, and what the
+  /// others, but for those displaced, say of that is added. Whom these displace is not asked.
+  double
+  oddsAgainst(const Group& group, const Group& others, const Motion& motion)
+  {
+    const Group displaced = standingAt(group, others, motion);
+    Group asked = without(others, displaced);
+    double sum = oddsAt(group, asked, Motion::Identity()) - oddsAt(group, asked, motion);
+    if (!displaced.empty()) {
+      asked = without(asked, standingAt(displaced, asked, motion.inverse()));
+      sum += oddsAt(displaced, asked, Motion::Identity()) - oddsAt(displaced, asked, motion.inverse());
     }
     return sum;
   }
-  double
-  oddsAgainst(int scan, const Eigen::Isometry3d& rival, const std::vector<int>& not_asked)
-  {
-    std::vector<PlacedPair> here, there;
-    for (const int other : parts_.at(partOf(scan))) {
-      if (other == scan || std::find(not_asked.begin(), not_asked.end(), other) != not_asked.end())
-        continue;
-      here.push_back({scan, other, pose(other).inverse() * pose(scan)});
-      there.push_back({scan, other, pose(other).inverse() * rival});
-    }
-    return odds_.of(here) - odds_.of(there);
-  }
 
-  /// The others of its part that stand where a scan would, at a pose.
-  std::vector<int>
-  standingAt(int scan, const Eigen::Isometry3d& at) const
+  /// Those of others that stand where scans of a group would, moved.
+  Group
+  standingAt(const Group& group, const Group& others, const Motion& motion) const
   {
-    const Eigen::Vector3d place = at * placed_.places[static_cast<std::size_t>(scan)];
-    std::vector<int> found;
-    for (const int other : parts_.at(partOf(scan)))
-      if (other != scan && (place - pose(other) * placed_.places[static_cast<std::size_t>(other)]).norm() <
-                               options_.choice.same_translation)
+    Group found;
+    for (const int other : others) {
+      const Eigen::Vector3d place = pose(other) * placed_.places[static_cast<std::size_t>(other)];
+      const bool is_there = std::any_of(group.begin(), group.end(), [&](int scan) {
+        return (place - motion * pose(scan) * placed_.places[static_cast<std::size_t>(scan)]).norm() <
+               options_.choice.same_translation;
+      });
+      if (is_there)
         found.push_back(other);
+    }
     return found;
   }
 
@@ -157,9 +185,9 @@ private:
   SamePlaceOdds& odds_;
   const EvidenceFunction& evidence_;
   double most_by_links_;
-  const Decisions& decisions_;
   const MultiwayOptions& options_;
   std::map<int, std::vector<int>> parts_;
+  std::map<std::pair<int, int>, PlacementEvidence> surfaces_here_;
 };
 
 } // namespace
@@ -219,10 +247,45 @@ findScansWithRivalsAlike(const std::vector<int>& asked,
                          const Decisions& decisions,
                          const MultiwayOptions& options)
 {
-  RivalAlikeSearch search(placed, odds, evidence, most_by_links, decisions, options);
+  RivalAlikeSearch search(placed, odds, evidence, most_by_links, options);
   std::vector<int> found;
-  std::copy_if(asked.begin(), asked.end(), std::back_inserter(found), [&](int scan) { return search.hasRival(scan); });
+  std::copy_if(asked.begin(), asked.end(), std::back_inserter(found), [&](int scan) {
+    return !hasAcceptedLink(decisions, scan) && search.hasRival({scan});
+  });
   return found;
+}
+
+std::vector<std::vector<int>>
+groupsOf(const std::vector<int>& members, const PlacedScans& placed, SamePlaceOdds& odds)
+{
+  std::vector<WeightedEdge> edges;
+  for (const int source : members)
+    for (const std::size_t k : placed.links_of[static_cast<std::size_t>(source)]) {
+      const PairLink& link = placed.links[k];
+      if (link.source != source || placed.assembly.used[k] < 0)
+        continue;
+      const Eigen::Isometry3d T = placed.assembly.poses[static_cast<std::size_t>(link.target)].inverse() *
+                                  placed.assembly.poses[static_cast<std::size_t>(source)];
+      edges.push_back({source, link.target, odds.of({{source, link.target, T}})});
+    }
+  std::vector<std::vector<int>> groups = weakestCuts(members, edges);
+  groups.erase(std::remove_if(groups.begin(), groups.end(), [](const auto& group) { return group.size() < 2; }),
+               groups.end());
+  return groups;
+}
+
+std::vector<int>
+findGroupWithRivalAlike(const std::vector<std::vector<int>>& asked,
+                        const PlacedScans& placed,
+                        SamePlaceOdds& odds,
+                        const EvidenceFunction& evidence,
+                        double most_by_links,
+                        const MultiwayOptions& options)
+{
+  RivalAlikeSearch search(placed, odds, evidence, most_by_links, options);
+  const auto found =
+      std::find_if(asked.begin(), asked.end(), [&](const std::vector<int>& group) { return search.hasRival(group); });
+  return found != asked.end() ? *found : std::vector<int>();
 }
 
 } // namespace pcl_ssfr

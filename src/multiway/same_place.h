@@ -73,4 +73,23 @@ findScansWithRivalsAlike(const std::vector<int>& asked,
                          const Decisions& decisions,
                          const MultiwayOptions& options);
 
+/** \brief Groups of two scans and more of a part that might belong elsewhere as a whole: weakestCuts() by the used
+ * links, which weigh what distinguishes their places.
+ */
+std::vector<std::vector<int>>
+groupsOf(const std::vector<int>& members, const PlacedScans& placed, SamePlaceOdds& odds);
+
+/** \brief The first one, of groups of scans, for which it is not clear where it belongs among places that look alike:
+ * findScansWithRivalsAlike(), all its scans moved together by what a link of any of them says. Asked alone, each is
+ * where the others of its group say.
+ * \return empty where there is none
+ */
+std::vector<int>
+findGroupWithRivalAlike(const std::vector<std::vector<int>>& asked,
+                        const PlacedScans& placed,
+                        SamePlaceOdds& odds,
+                        const EvidenceFunction& evidence,
+                        double most_by_links,
+                        const MultiwayOptions& options);
+
 } // namespace pcl_ssfr

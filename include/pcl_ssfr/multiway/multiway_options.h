@@ -17,8 +17,6 @@ namespace pcl_ssfr {
 struct LinkConfig {
   int hypotheses = 4;              ///< most probable poses of a pair that are kept, [1, 10]
   double least_probability = 0.02; ///< of a kept pose, (0, 1): below, a building has no use for it
-  /// Share of pairs that show one place in what the posterior of a pair was fitted to, (0, 1).
-  double fitted_share = 0.7;
   /// SearchConfig::plans_below, at most, (0, 1]: of pairs that plan views alone solve nearly all have less, of rooms,
   /// most of whose pairs share nothing, few.
   double plans_below = 0.3;
@@ -56,7 +54,8 @@ struct ChoiceConfig {
   double clear_odds = 100;
   double score_power = 9; ///< of the ratio of their scores, for the odds of the surfaces; fitted to poses of pairs
   double rival = 0.1;     ///< probability of a link from which on its pose is compared with the one chosen
-  double lone = 0.95;     ///< probability that a join must have, unless fewer of the sure links are right
+  double lone = 0.95; ///< probability of a pair from which on it is sure by itself: it leads to more candidates, and
+                      ///< to doubt where the map contradicts it too often
   /// Factor on matching distances and margins before the poses are exact, and on same_rotation and same_translation:
   /// what does not agree even so is another place.
   double loose = 2;
