@@ -219,8 +219,7 @@ private:
         placed.assembly.part[static_cast<std::size_t>(scan)] = next;
         placed.reasons[static_cast<std::size_t>(scan)] = kHasRival;
       }
-      chooseLinks(placed.assembly, links_, placed.graph, places_, input_.options.choice);
-      splitUnconnected(placed.assembly, links_, placed.graph, input_.options.choice);
+      chooseLinksAnew(placed);
     }
   }
 
@@ -384,9 +383,16 @@ private:
     }
     if (parts.empty())
       return false;
-    chooseLinks(assembly, links_, placed.graph, places_, input_.options.choice);
-    splitUnconnected(assembly, links_, placed.graph, input_.options.choice);
+    chooseLinksAnew(placed);
     return true;
+  }
+
+  /// After scans were put apart: which links are used, and what they still hold together.
+  void
+  chooseLinksAnew(Placement& placed) const
+  {
+    chooseLinks(placed.assembly, links_, placed.graph, places_, input_.options.choice);
+    splitUnconnected(placed.assembly, links_, placed.graph, input_.options.choice);
   }
 
   /** \brief Take scans out of their parts that hang in what the other scans saw to be free: each scan against all

@@ -87,9 +87,11 @@ private:
   bool
   hasOthersToSee(int scan) const
   {
-    return std::any_of(placed_.links.begin(), placed_.links.end(), [&](const PairLink& link) {
-      const auto s = static_cast<std::size_t>(link.source), t = static_cast<std::size_t>(link.target);
-      return (link.source == scan || link.target == scan) && placed_.assembly.part[s] != placed_.assembly.part[t];
+    const std::vector<std::size_t>& links = placed_.links_of[static_cast<std::size_t>(scan)];
+    return std::any_of(links.begin(), links.end(), [&](std::size_t k) {
+      const auto s = static_cast<std::size_t>(placed_.links[k].source);
+      const auto t = static_cast<std::size_t>(placed_.links[k].target);
+      return placed_.assembly.part[s] != placed_.assembly.part[t];
     });
   }
 
