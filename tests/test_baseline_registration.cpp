@@ -46,7 +46,7 @@ const CoarseScans&
 coarseScans()
 {
   static const CoarseScans scans = [] {
-    constexpr double kStep = 0.035; // 2 degrees
+    constexpr double kStep = 0.045; // 2.6 degrees
     const Scene scene = makeFurnishedRoom(1);
     const Eigen::Isometry3d T_world_target = sensorPose(scene.stations.at(0), 0.1);
     const Eigen::Isometry3d T_world_source = sensorPose(scene.stations.at(0) + Eigen::Vector3d(0.2, 0.1, 0), 1.1);

@@ -65,7 +65,7 @@ protected:
     const io::ScanPair& pair = full.pairs.front();
     for (const std::string& name : {pair.source, pair.target}) {
       const io::LoadedCloud cloud = io::loadCloud(io::scanPath(full.path, name));
-      constexpr double kLeaf = 0.1;
+      constexpr double kLeaf = 0.15;
       const ThinnedCloud thinned = thinScan(viewOf(cloud), kLeaf, Eigen::Vector3d::Zero());
       std::string text;
       for (Eigen::Index i = 0; i < thinned.size(); ++i)

@@ -598,9 +598,9 @@ TEST_F(AlignProgram, refinersStartFromTheGuess)
   io::writeFile(folder_.file("guess.txt"), io::formatTransform(guess));
   for (const char* method : {"icp_point_to_point", "icp_point_to_plane", "gicp", "ndt"}) {
     SCOPED_TRACE(method);
-    const Outcome result = run(folder_.file("source.xyz") + " " + folder_.file("target.xyz") + " --leaf 0.1 --method " +
-                               method + " --guess " + folder_.file("guess.txt") + " --json " +
-                               folder_.file("report.json") + " --transform " + folder_.file("T.txt"));
+    const Outcome result = run(folder_.file("source.xyz") + " " + folder_.file("target.xyz") +
+                               " --leaf 0.15 --method " + method + " --guess " + folder_.file("guess.txt") +
+                               " --json " + folder_.file("report.json") + " --transform " + folder_.file("T.txt"));
     ASSERT_EQ(result.code, 0) << result.errors;
     EXPECT_EQ(result.output, "");
     const Eigen::Isometry3d T = io::readTransform(folder_.file("T.txt"));

@@ -3,7 +3,6 @@
 
 #include "baselines/go_icp_branch_and_bound.h"
 #include "baselines/go_icp_problem.h"
-#include "baselines/point_tree.h"
 #include "synthetic_scene.h"
 
 #include <pcl_ssfr/baselines/go_icp_core.h>
@@ -119,29 +118,6 @@ quickOptions()
   options.source_points = 200;
   options.transform_size = 100;
   return options;
-}
-
-TEST(PointTree, AgreesWithBruteForce)
-{
-  for (const Eigen::Index count : {1, 7, 9, 300}) {
-    Points3 points = randomPoints(count, Eigen::Vector3d(1, 1, 0.1), static_cast<std::uint64_t>(count));
-    if (count > 100)
-      points.rightCols(50) = points.leftCols(50); // doubles: the lower column counts
-    const PointTree tree(points);
-    Random random(2);
-    for (int i = 0; i < 300; ++i) {
-      const Eigen::Vector3d query(random.uniform(-3, 3), random.uniform(-3, 3), random.uniform(-3, 3));
-      Eigen::Index index = -1;
-      const double squared = (points.colwise() - query).colwise().squaredNorm().minCoeff(&index);
-      const PointTree::Neighbor found = tree.nearest(query);
-      EXPECT_EQ(found.index, index);
-      EXPECT_DOUBLE_EQ(found.squared_distance, squared);
-      EXPECT_EQ(tree.nearest(query, 1.01 * squared).index, index);
-      EXPECT_EQ(tree.nearest(query, 0.99 * squared).index, -1);
-    }
-  }
-  EXPECT_EQ(PointTree().nearest(Eigen::Vector3d::Zero()).index, -1);
-  EXPECT_EQ(PointTree(Points3(3, 0)).nearest(Eigen::Vector3d::Zero()).index, -1);
 }
 
 TEST(GoIcpProblem, ErrorIsTheTrimmedSumOfSquares)

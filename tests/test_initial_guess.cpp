@@ -44,7 +44,7 @@ using Registration = pcl::Registration<Point, Point>;
 constexpr double kDegree = 3.14159265358979323846 / 180;
 constexpr double kMaxRotation = 2 * kDegree; ///< success, as everywhere in this project
 constexpr double kMaxTranslation = 0.3;      ///< [m]
-constexpr float kLeaf = 0.2F;                ///< the local methods get clouds thinned to this [m]
+constexpr float kLeaf = 0.3F;                ///< the local methods get clouds thinned to this [m]
 
 constexpr double kWideReach = 1.0; ///< correspondences of ICP and GICP alone, for the best chance [m]
 

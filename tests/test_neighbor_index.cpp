@@ -6,7 +6,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -26,34 +25,26 @@ randomPoints(Eigen::Index count, double size, std::uint64_t seed)
   return points;
 }
 
-std::vector<double>
-sortedSquaredDistances(const Points3& points, const Eigen::Vector3d& query)
-{
-  std::vector<double> distances;
-  for (Eigen::Index i = 0; i < points.cols(); ++i)
-    distances.push_back((points.col(i) - query).squaredNorm());
-  std::sort(distances.begin(), distances.end());
-  return distances;
-}
-
 TEST(NeighborIndex, AgreesWithBruteForce)
 {
-  const Points3 points = randomPoints(800, 10, 1), queries = randomPoints(100, 11, 2);
-  const NeighborIndex index(points);
-  ASSERT_EQ(index.size(), 800);
-  for (Eigen::Index q = 0; q < queries.cols(); ++q) {
-    const Eigen::Vector3d query = queries.col(q);
-    const std::vector<double> expected = sortedSquaredDistances(points, query);
-
-    const NeighborIndex::Neighbor nearest = index.nearest(query, 100);
-    EXPECT_NEAR(nearest.squared_distance, expected[0], 1e-5);
-    EXPECT_EQ(nearest.squared_distance, (points.col(nearest.index) - query).squaredNorm());
-    EXPECT_EQ(index.nearest(query, 0.9 * std::sqrt(expected[0])).index, -1);
-
-    const std::vector<NeighborIndex::Neighbor> seven = index.kNearest(query, 7);
-    ASSERT_EQ(seven.size(), 7U);
-    for (std::size_t k = 0; k < 7; ++k)
-      EXPECT_NEAR(seven[k].squared_distance, expected[k], 1e-5);
+  for (const Eigen::Index count : {1, 7, 9, 800}) {
+    Points3 points = randomPoints(count, 10, static_cast<std::uint64_t>(count));
+    points.row(2) *= 0.1; // boxes that are no cubes
+    if (count > 100)
+      points.rightCols(50) = points.leftCols(50); // doubles: the lower column counts
+    const Points3 queries = randomPoints(300, 11, 2);
+    const NeighborIndex index(points);
+    ASSERT_EQ(index.size(), count);
+    for (Eigen::Index q = 0; q < queries.cols(); ++q) {
+      const Eigen::Vector3d query = queries.col(q);
+      Eigen::Index expected = -1;
+      const double squared = (points.colwise() - query).colwise().squaredNorm().minCoeff(&expected);
+      const NeighborIndex::Neighbor found = index.nearest(query);
+      EXPECT_EQ(found.index, expected);
+      EXPECT_DOUBLE_EQ(found.squared_distance, squared);
+      EXPECT_EQ(index.nearest(query, 1.01 * std::sqrt(squared)).index, expected);
+      EXPECT_EQ(index.nearest(query, 0.99 * std::sqrt(squared)).index, -1);
+    }
   }
 }
 
@@ -72,12 +63,10 @@ TEST(NeighborIndex, AnswersNothingWhereThereIsNothing)
   for (const NeighborIndex* index : {&unset, &empty}) {
     EXPECT_EQ(index->size(), 0);
     EXPECT_EQ(index->nearest(Eigen::Vector3d::Zero(), 1).index, -1);
-    EXPECT_TRUE(index->kNearest(Eigen::Vector3d::Zero(), 3).empty());
   }
   const NeighborIndex few(randomPoints(3, 1, 3));
-  EXPECT_EQ(few.kNearest(Eigen::Vector3d::Zero(), 10).size(), 3U);
-  EXPECT_TRUE(few.kNearest(Eigen::Vector3d::Zero(), 0).empty());
-  EXPECT_TRUE(few.kNearest(Eigen::Vector3d(kNan, 0, 0), 2).empty());
+  EXPECT_EQ(few.nearest(Eigen::Vector3d::Zero(), 0).index, -1);
+  EXPECT_EQ(few.nearest(Eigen::Vector3d::Zero(), kNan).index, -1);
   EXPECT_EQ(few.nearest(Eigen::Vector3d(0, kNan, 0), 2).index, -1);
 }
 

@@ -539,13 +539,15 @@ TEST(PatchIndex, PlacesThatAreNoPlaces)
 
 TEST(PatchIndex, SurvivesExtremeScales)
 {
+  const PreparationConfig usual;
+  constexpr std::size_t kMaxVoxels = 1 << 16; // patches reach all of them here
   for (const double scale : {1e-300, 1e-40, 1e-20, 1e6, 1e18, 1e30, 1e38}) {
     PlanarPatches patches = testing::randomPatches(20, 1, 0.3, 7);
     patches.samples.points *= scale;
     patches.samples.extents *= scale;
     patches.half_minors *= scale;
     for (const double voxel : {0.2 * scale, 1e-3, 1e6}) {
-      const PatchIndex index(patches, voxel);
+      const PatchIndex index(patches, voxel, usual.match, usual.loose_facing, kMaxVoxels);
       EXPECT_GE(index.voxel(), voxel);
       for (int i = 0; i < 20; ++i)
         findAtPatch(index, patches, i);

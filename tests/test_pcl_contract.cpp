@@ -57,14 +57,28 @@ struct Ssfr {
   static constexpr const char* kName = "StructuredSceneRegistration";
 };
 
+/// Every \p step th point of a cloud.
+template <typename PointT>
+typename pcl::PointCloud<PointT>::Ptr
+thinned(const pcl::PointCloud<PointT>& cloud, std::size_t step)
+{
+  auto thin = pcl::make_shared<pcl::PointCloud<PointT>>();
+  for (std::size_t i = 0; i < cloud.size(); i += step)
+    thin->push_back(cloud[i]);
+  return thin;
+}
+
 /// The scans are cast once for all tests.
 template <typename PointT>
 const ScanPair<PointT>&
 roomPair(bool small_motion)
 {
   if (small_motion) {
-    static const ScanPair<PointT> small =
-        makeRoomPair<PointT>(true, 0.0436); // sparse, or ICP takes a minute of the tests
+    static const ScanPair<PointT> small = [] {
+      ScanPair<PointT> pair = makeRoomPair<PointT>(true, 0.0436);
+      pair.source = thinned(*pair.source, 3); // sparse, or ICP takes a minute of the tests
+      return pair;
+    }();
     return small;
   }
   static const ScanPair<PointT> large = makeRoomPair<PointT>(false);
@@ -564,7 +578,7 @@ TEST_F(StructuredScene, SolvesALargeMotionWithoutGuessOrParameter)
   // The control: ICP alone is lost here.
   pcl::IterativeClosestPoint<Point, Point> icp;
   icp.setMaximumIterations(50);
-  icp.setInputSource(roomPair<Point>(false).source);
+  icp.setInputSource(thinned(*roomPair<Point>(false).source, 4));
   icp.setInputTarget(roomPair<Point>(false).target);
   icp.align(output_);
   EXPECT_THAT(icp.getFinalTransformation(), Not(IsPoseNear(roomPair<Point>(false).T_target_source, 2 * kDegree, 0.3)));
@@ -1223,7 +1237,7 @@ TEST_F(StructuredScene, FieldsOfThePointTypeAreKept)
   EXPECT_TRUE(with_intensity.hasConverged());
   ASSERT_EQ(moved.size(), intensity.source->size());
   for (std::size_t i = 0; i < moved.size(); ++i) {
-    ASSERT_EQ(moved[i].intensity, static_cast<float>(i));
+    ASSERT_EQ(moved[i].intensity, static_cast<float>(3 * i)); // each third point is taken
   }
 
   const auto& colour = roomPair<pcl::PointXYZRGB>(true);

@@ -13,9 +13,16 @@
 #include <io_testing.h>
 #include <pose_matchers.h>
 
+#include <pcl/kdtree/kdtree_flann.h>
+#include <pcl/point_cloud.h>
+#include <pcl/point_types.h>
+
 #include <Eigen/Dense>
 
+#include <cstddef>
+#include <optional>
 #include <sstream>
+#include <vector>
 
 namespace pcl_ssfr::simulation::test_simulated_poses {
 namespace {
@@ -43,43 +50,57 @@ struct LocalPlane {
 /// The planes around those points of the target whose neighbours lie on one, to float precision.
 class PlaneMap {
 public:
-  explicit PlaneMap(const Points3& points) : index_(points)
+  explicit PlaneMap(const Points3& points)
+      : points_(points), index_(points), planes_(static_cast<std::size_t>(points.cols()))
   {
-    constexpr int kNeighbours = 12;
-    constexpr double kThin = 3e-6; // rms distance from the plane [m]: floats at 10 m are good for 5e-7
-    constexpr double kWide = 2e-3; // rms extent across [m]: three points on a line have no plane
-    planes_.resize(static_cast<std::size_t>(points.cols()));
-    for (Eigen::Index i = 0; i < points.cols(); ++i) {
-      const auto neighbours = index_.kNearest(points.col(i), kNeighbours);
-      Eigen::Vector3d centre = Eigen::Vector3d::Zero();
-      for (const auto& n : neighbours)
-        centre += points.col(n.index) / static_cast<double>(neighbours.size());
-      Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-      for (const auto& n : neighbours) {
-        const Eigen::Vector3d d = points.col(n.index) - centre;
-        covariance += d * d.transpose() / static_cast<double>(neighbours.size());
-      }
-      const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance);
-      const Eigen::Vector3d extent = solver.eigenvalues().cwiseMax(0).cwiseSqrt();
-      if (extent[0] < kThin && extent[1] > kWide)
-        planes_[static_cast<std::size_t>(i)] = LocalPlane{centre, solver.eigenvectors().col(0)};
-    }
+    auto cloud = pcl::make_shared<pcl::PointCloud<pcl::PointXYZ>>();
+    for (Eigen::Index i = 0; i < points.cols(); ++i)
+      cloud->emplace_back(
+          static_cast<float>(points(0, i)), static_cast<float>(points(1, i)), static_cast<float>(points(2, i)));
+    tree_.setInputCloud(cloud);
   }
 
   /// The plane at the target point nearest to \p point; null where there is none.
   const LocalPlane*
-  at(const Eigen::Vector3d& point) const
+  at(const Eigen::Vector3d& point)
   {
     constexpr double kReach = 0.1; // [m]
     const auto nearest = index_.nearest(point, kReach);
-    if (nearest.index < 0 || !planes_[static_cast<std::size_t>(nearest.index)])
+    if (nearest.index < 0)
       return nullptr;
-    return &*planes_[static_cast<std::size_t>(nearest.index)];
+    std::optional<std::optional<LocalPlane>>& plane = planes_[static_cast<std::size_t>(nearest.index)];
+    if (!plane)
+      plane = fit(nearest.index);
+    return *plane ? &**plane : nullptr;
   }
 
 private:
+  std::optional<LocalPlane>
+  fit(Eigen::Index column) const
+  {
+    constexpr int kNeighbours = 12;
+    constexpr double kThin = 3e-6; // rms distance from the plane [m]: floats at 10 m are good for 5e-7
+    constexpr double kWide = 2e-3; // rms extent across [m]: three points on a line have no plane
+    pcl::Indices neighbours;
+    std::vector<float> squares;
+    tree_.nearestKSearch(static_cast<int>(column), kNeighbours, neighbours, squares);
+    Points3 around(3, static_cast<Eigen::Index>(neighbours.size()));
+    for (Eigen::Index k = 0; k < around.cols(); ++k)
+      around.col(k) = points_.col(neighbours[static_cast<std::size_t>(k)]);
+    const Eigen::Vector3d centre = around.rowwise().mean();
+    around.colwise() -= centre;
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(around * around.transpose() /
+                                                                static_cast<double>(around.cols()));
+    const Eigen::Vector3d extent = solver.eigenvalues().cwiseMax(0).cwiseSqrt();
+    if (extent[0] < kThin && extent[1] > kWide)
+      return LocalPlane{centre, solver.eigenvectors().col(0)};
+    return std::nullopt;
+  }
+
+  Points3 points_;
   NeighborIndex index_;
-  std::vector<std::optional<LocalPlane>> planes_;
+  pcl::KdTreeFLANN<pcl::PointXYZ> tree_;
+  std::vector<std::optional<std::optional<LocalPlane>>> planes_; ///< of each point, where it was asked for
 };
 
 struct IcpResult {
@@ -90,7 +111,7 @@ struct IcpResult {
 
 /// Point to plane. Pairs beyond a distance that shrinks from 1 cm to 10 um are left out: edges pair other surfaces.
 IcpResult
-icp(const Points3& source, const PlaneMap& target, const Eigen::Isometry3d& start)
+icp(const Points3& source, PlaneMap& target, const Eigen::Isometry3d& start)
 {
   constexpr int kRounds = 14;
   constexpr double kFirstGate = 1e-2;
@@ -154,7 +175,7 @@ TEST_P(SimulatedPoses, areFoundInThePoints)
   ASSERT_EQ(set.pairs.size(), 1U);
   const Eigen::Isometry3d truth = set.pairs[0].T_target_source;
   const Points3 source = loadPoints(io::scanPath(set.path, set.pairs[0].source));
-  const PlaneMap target(loadPoints(io::scanPath(set.path, set.pairs[0].target)));
+  PlaneMap target(loadPoints(io::scanPath(set.path, set.pairs[0].target)));
 
   const IcpResult from_truth = icp(source, target, truth);
   EXPECT_GT(from_truth.used, 0.2);

@@ -442,11 +442,12 @@ TEST_F(ViewProgram, aJsonResultShowsWhatTheRunFound)
 TEST_F(ViewProgram, resultsOfTheBenchmarkAreFoundAgain)
 {
   const std::string results = folder_.file("results");
+  io::writeFile(folder_.file("coarse.json"), R"({"leaf": 0.2})"); // of what ICP gets
   const Outcome benchmark = runAny("'" PCL_SSFR_BENCHMARK "'",
                                    "--dataset '" + kData +
                                        "' --methods ssfr,icp_point_to_point --pairs 0 --perturb se3 "
-                                       "--pictures 0 --out " +
-                                       results);
+                                       "--pictures 0 --parameters " +
+                                       folder_.file("coarse.json") + " --out " + results);
   ASSERT_EQ(benchmark.code, 0) << benchmark.errors;
   const Outcome ours = run(results + " --pair 0 --png " + folder_.file("ours"));
   ASSERT_EQ(ours.code, 0) << ours.errors;

@@ -90,12 +90,12 @@ GoIcpProblem::GoIcpProblem(
   kept_ = std::clamp<Eigen::Index>(source.cols() - trimmed, 1, source.cols());
 }
 
-PointTree::Neighbor
+NeighborIndex::Neighbor
 GoIcpProblem::nearest(const Eigen::Vector3d& x) const
 {
   // The transform bounds how far the search must look; outside the grid it is only a guess.
   const double reach = transform_.estimate(x) + transform_.slack();
-  PointTree::Neighbor neighbor = tree_.nearest(x, reach * reach);
+  NeighborIndex::Neighbor neighbor = tree_.nearest(x, reach);
   if (neighbor.index < 0)
     neighbor = tree_.nearest(x);
   return neighbor;
@@ -131,7 +131,7 @@ GoIcpProblem::icp(Eigen::Isometry3d& T, int iterations, double progress) const
   double best = std::numeric_limits<double>::infinity();
   for (int step = 0; step <= iterations; ++step) {
     for (Eigen::Index i = 0; i < source_.cols(); ++i) {
-      const PointTree::Neighbor neighbor = nearest(current * source_.col(i));
+      const NeighborIndex::Neighbor neighbor = nearest(current * source_.col(i));
       squares[static_cast<std::size_t>(i)] = neighbor.squared_distance;
       matches.col(i) = target_.col(neighbor.index);
     }

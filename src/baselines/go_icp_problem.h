@@ -5,7 +5,7 @@
 
 #include "common/types.h"
 #include "distance_transform.h"
-#include "point_tree.h"
+#include "preparation/neighbor_index.h"
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -128,14 +128,14 @@ public:
 
 private:
   /// Distance from \p x to the target.
-  PointTree::Neighbor
+  NeighborIndex::Neighbor
   nearest(const Eigen::Vector3d& x) const;
 
   Points3 source_;
   Points3 target_;
   Eigen::Index kept_ = 0;
   DistanceTransform transform_;
-  PointTree tree_;
+  NeighborIndex tree_;
 };
 
 } // namespace pcl_ssfr::baselines

@@ -5,21 +5,23 @@
 
 #include "common/types.h"
 
+#include <limits>
 #include <memory>
-#include <vector>
 
 namespace pcl_ssfr {
 
-/** \brief Nearest-neighbour search over points in three dimensions; hides PCL's KD-tree (FLANN).
+/** \brief Exact nearest neighbours in double; a binary tree of boxes around the points.
  *
- * Total on empty input: searches answer "nothing". Copies share the tree. Safe to query from many threads.
+ * For single queries, millions of them: PCL's tree opens an OpenMP region for each, which ends in system calls that
+ * take longer than the search. Equally near points: the one with the lower column. Copies share the tree. Safe to query
+ * from many threads.
  */
 class NeighborIndex {
 public:
   /// A neighbour: column of the indexed points and its squared distance [m^2].
   struct Neighbor {
-    Eigen::Index index = -1;
-    double squared_distance = 0;
+    Eigen::Index index = -1; ///< -1: none
+    double squared_distance = std::numeric_limits<double>::infinity();
   };
 
   NeighborIndex() = default;
@@ -28,16 +30,13 @@ public:
 
   Eigen::Index
   size() const;
-  /// The nearest point nearer than \p max_distance [m]; index -1 when there is none.
+  /// The nearest point nearer than \p max_distance [m]; none for a query that is not finite, or among no points.
   Neighbor
-  nearest(const Eigen::Vector3d& query, double max_distance) const;
-  /// The \p k nearest points in ascending distance, fewer when there are fewer.
-  std::vector<Neighbor>
-  kNearest(const Eigen::Vector3d& query, int k) const;
+  nearest(const Eigen::Vector3d& query, double max_distance = std::numeric_limits<double>::infinity()) const;
 
 private:
-  struct Impl;
-  std::shared_ptr<const Impl> impl_;
+  class Tree;
+  std::shared_ptr<const Tree> tree_;
 };
 
 } // namespace pcl_ssfr
