@@ -133,6 +133,20 @@ class MapReport(unittest.TestCase):
         self.open("apart")
         self.assertEqual({row[0] for row in self.rows("unplaced")}, {"scan_0.pcd", "street.pcd"})
 
+    def test_scansOfASmallerComponentSayWhyAndWhatWouldJoinThem(self):
+        self.open("two_places")
+        rows = {row[0]: row for row in self.rows("unplaced")}
+        self.assertEqual(set(rows), {"hall_0.pcd", "hall_1.pcd"})
+        for row in rows.values():
+            self.assertEqual(row[2:], ["no scan of another component shares enough with it",
+                                       "a scan that shows this place and a part of the others"])
+        self.open("cut")
+        rows = self.rows("unplaced")
+        self.assertEqual(len(rows), 2)
+        for row in rows:
+            self.assertRegex(row[2], r"^the best link to another component, to scan_\d\.pcd \(\d\.\d\d\): rejected by a ")
+            self.assertRegex(row[3], r"^a scan between it and scan_\d\.pcd ")
+
     def test_printsAndFitsAPhone(self):
         pdf = self.browser.pdf("map")
         self.assertTrue(pdf.startswith(b"%PDF"))
@@ -164,7 +178,11 @@ def main():
         lines = (scans / "poses.txt").read_text().splitlines()
         scan, x, *others = lines[-1].split()
         truth.write_text("\n".join(lines[:-1] + [" ".join([scan, str(float(x) + 1), *others])]))
-        for name, inputs in (("map", [scans, "--truth", truth]), ("apart", [scans / "scan_0.pcd", scans / "street.pcd"])):
+        rejected = [word for a in (0, 3) for b in (4, 7) for word in ("--reject", f"scan_{a}.pcd,scan_{b}.pcd")]
+        halls = [pathlib.Path(sys.argv[2]) / f"hall_{i}.pcd" for i in range(2)]
+        for name, inputs in (("map", [scans, "--truth", truth]), ("apart", [scans / "scan_0.pcd", scans / "street.pcd"]),
+                             ("two_places", [*(scans / f"scan_{i}.pcd" for i in range(3)), *halls]),
+                             ("cut", [*(scans / f"scan_{i}.pcd" for i in (0, 3, 4, 7)), *rejected])):
             made = subprocess.run([sys.argv[1], *inputs, "--out", base.FOLDER / name], capture_output=True, check=False)
             if made.returncode != 1:  # several components
                 sys.exit(made.stderr.decode())

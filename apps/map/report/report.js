@@ -92,22 +92,35 @@
     const value = names.map((name) => (/[",]/.test(name) ? `"${name.replace(/"/g, '""')}"` : name)).join(",");
     return /[^\w.,/@%+=:-]/.test(value) ? `'${value.replace(/'/g, "'\\''")}'` : value;
   };
+  // Links that would join a scan to others than it stands with, the likeliest first.
+  const linksOut = (i) =>
+    links.filter((l) => (l.source === i || l.target === i) && scans[l.source].component !== scans[l.target].component)
+      .sort((a, b) => (b.confidence || 0) - (a.confidence || 0));
+  // Why a scan is not with most others: its own reason, or that of the link that comes nearest to joining it.
+  const whyApart = (scan) => {
+    if (scan.reason) return scan.reason;
+    const i = scans.indexOf(scan);
+    const [best] = linksOut(i);
+    if (!best) return "no scan of another component shares enough with it";
+    const other = nameOf(best.source === i ? best.target : best.source);
+    return `the best link to another component, to ${other} (${number(best.confidence || 0, 2)})` +
+           (best.reason ? `: ${best.reason}` : "");
+  };
   // What a person can do about a scan that stands apart, from its reason and its best link.
   const help = (scan) => {
     const i = scans.indexOf(scan);
     if (!scan.usable) return "another copy of the file, or a new scan";
     if (scan.reason.startsWith("it holds the same points")) return "nothing: it is the same scan";
-    const tried = links.filter((l) => l.status !== "used" && (l.source === i || l.target === i))
-      .sort((a, b) => (b.confidence || 0) - (a.confidence || 0));
+    const tried = linksOut(i);
     if (/storey/.test(scan.reason)) return "approximate --poses of its storey, or scans of the stairs";
     if (!tried.length) return "a scan that shows this place and a part of the others";
     const best = tried[0];
-    const other = scans[best.source === i ? best.target : best.source].name;
+    const other = nameOf(best.source === i ? best.target : best.source);
     return `a scan between it and ${other} (their link: confidence ${number(best.confidence, 2)}, ` +
            `overlap ${number(100 * best.overlap, 0)} %), or --accept ${scanArguments(scan.name, other)} ` +
            "after a look at both";
   };
-  table("unplaced", [["Scan", (s) => s.name], ["Component", (s) => s.component], ["Why", (s) => s.reason],
+  table("unplaced", [["Scan", (s) => s.name], ["Component", (s) => s.component], ["Why", whyApart],
                      ["What would help", help]],
         scans.filter((s) => s.component !== 0 || !summary.placed), "All scans are in one component.");
   table("bridges", [["Source", (l) => nameOf(l.source)], ["Target", (l) => nameOf(l.target)],
