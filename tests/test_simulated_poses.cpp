@@ -22,6 +22,7 @@
 #include <cstddef>
 #include <optional>
 #include <sstream>
+#include <unordered_map>
 #include <vector>
 
 namespace pcl_ssfr::simulation::test_simulated_poses {
@@ -50,8 +51,7 @@ struct LocalPlane {
 /// The planes around those points of the target whose neighbours lie on one, to float precision.
 class PlaneMap {
 public:
-  explicit PlaneMap(const Points3& points)
-      : points_(points), index_(points), planes_(static_cast<std::size_t>(points.cols()))
+  explicit PlaneMap(const Points3& points) : points_(points), index_(points)
   {
     auto cloud = pcl::make_shared<pcl::PointCloud<pcl::PointXYZ>>();
     for (Eigen::Index i = 0; i < points.cols(); ++i)
@@ -68,10 +68,10 @@ public:
     const auto nearest = index_.nearest(point, kReach);
     if (nearest.index < 0)
       return nullptr;
-    std::optional<std::optional<LocalPlane>>& plane = planes_[static_cast<std::size_t>(nearest.index)];
-    if (!plane)
-      plane = fit(nearest.index);
-    return *plane ? &**plane : nullptr;
+    const auto [plane, is_new] = planes_.try_emplace(nearest.index);
+    if (is_new)
+      plane->second = fit(nearest.index);
+    return plane->second ? &*plane->second : nullptr;
   }
 
 private:
@@ -100,7 +100,7 @@ private:
   Points3 points_;
   NeighborIndex index_;
   pcl::KdTreeFLANN<pcl::PointXYZ> tree_;
-  std::vector<std::optional<std::optional<LocalPlane>>> planes_; ///< of each point, where it was asked for
+  std::unordered_map<Eigen::Index, std::optional<LocalPlane>> planes_; ///< of the points that were asked for
 };
 
 struct IcpResult {

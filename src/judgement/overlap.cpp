@@ -20,16 +20,15 @@ computeOverlap(const Points3& source,
   if (source.cols() == 0 || target.size() == 0)
     return overlap;
 
-  // Squared distance of each source point, negative when no target point is near.
+  // Squared distance of each source point, infinite when no target point is near.
   Eigen::VectorXd squared_distances(source.cols());
   forEachInParallel(source.cols(), 256, static_cast<int>(threads), [&](Eigen::Index i) {
-    const NeighborIndex::Neighbor neighbor = target.nearest(T_target_source * source.col(i), radius);
-    squared_distances[i] = neighbor.index < 0 ? -1 : neighbor.squared_distance;
+    squared_distances[i] = target.nearest(T_target_source * source.col(i), radius).squared_distance;
   });
 
   double squared_sum = 0;
   for (const double squared : squared_distances) {
-    if (squared < 0)
+    if (std::isinf(squared))
       continue;
     ++overlap.inliers;
     overlap.kernel_sum += std::exp(-std::sqrt(squared) / radius);

@@ -92,6 +92,7 @@
     const value = names.map((name) => (/[",]/.test(name) ? `"${name.replace(/"/g, '""')}"` : name)).join(",");
     return /[^\w.,/@%+=:-]/.test(value) ? `'${value.replace(/'/g, "'\\''")}'` : value;
   };
+  const partnerOf = (link, i) => nameOf(link.source === i ? link.target : link.source);
   // Links that would join a scan to others than it stands with, the likeliest first.
   const linksOut = (i) =>
     links.filter((l) => (l.source === i || l.target === i) && scans[l.source].component !== scans[l.target].component)
@@ -102,8 +103,7 @@
     const i = scans.indexOf(scan);
     const [best] = linksOut(i);
     if (!best) return "no scan of another component shares enough with it";
-    const other = nameOf(best.source === i ? best.target : best.source);
-    return `the best link to another component, to ${other} (${number(best.confidence || 0, 2)})` +
+    return `the best link to another component, to ${partnerOf(best, i)} (${number(best.confidence || 0, 2)})` +
            (best.reason ? `: ${best.reason}` : "");
   };
   // What a person can do about a scan that stands apart, from its reason and its best link.
@@ -115,7 +115,7 @@
     if (/storey/.test(scan.reason)) return "approximate --poses of its storey, or scans of the stairs";
     if (!tried.length) return "a scan that shows this place and a part of the others";
     const best = tried[0];
-    const other = nameOf(best.source === i ? best.target : best.source);
+    const other = partnerOf(best, i);
     return `a scan between it and ${other} (their link: confidence ${number(best.confidence, 2)}, ` +
            `overlap ${number(100 * best.overlap, 0)} %), or --accept ${scanArguments(scan.name, other)} ` +
            "after a look at both";
