@@ -148,11 +148,77 @@ TEST(FiniteQueryKdTree, AgreesWithBruteForceAndPcl)
             (cloud->at(static_cast<std::size_t>(indices[k])).getVector3fMap() - query.getVector3fMap()).squaredNorm(),
             distances[k]);
       }
+      EXPECT_EQ(tree.nearestKSearch(query, 1, indices, distances), all.empty() ? 0 : 1);
+      pcls.nearestKSearch(query, 1, pcls_indices, pcls_distances);
+      EXPECT_EQ(indices, pcls_indices);
+      EXPECT_EQ(distances, pcls_distances);
       constexpr float kRadius = 1.5F;
       const auto within = std::upper_bound(all.begin(), all.end(), kRadius * kRadius) - all.begin();
       EXPECT_EQ(tree.radiusSearch(query, kRadius, indices, distances), within);
     }
   }
+}
+
+TEST(FiniteQueryKdTree, OfEquallyNearPointsTheFirst)
+{
+  const auto cloud = pcl::make_shared<Cloud>();
+  for (int i = 0; i < 100; ++i)
+    cloud->push_back(i % 3 == 0 ? Point(kNaN, 0, 0) : Point(1, 2, 3));
+  Tree tree;
+  tree.setInputCloud(cloud);
+  pcl::Indices indices;
+  std::vector<float> distances;
+  EXPECT_EQ(tree.nearestKSearch(Point(1, 2, 4), 1, indices, distances), 1);
+  EXPECT_EQ(indices, pcl::Indices{1});
+  EXPECT_EQ(distances, std::vector<float>{1});
+}
+
+TEST(FiniteQueryKdTree, PointsOnceIndexedStayAsTheyWere)
+{
+  const Cloud::Ptr cloud = randomCloud(100, 8);
+  const Point last = cloud->back();
+  Tree tree;
+  tree.setInputCloud(cloud);
+  pcl::Indices indices;
+  std::vector<float> distances;
+  for (const int k : {1, 2})
+    tree.nearestKSearch(last, k, indices, distances);
+  cloud->clear();
+  cloud->points.shrink_to_fit();
+  for (const int k : {1, 2}) {
+    EXPECT_EQ(tree.nearestKSearch(last, k, indices, distances), k);
+    EXPECT_EQ(indices[0], 99);
+    EXPECT_EQ(distances[0], 0.0F);
+  }
+}
+
+/// Points are compared as on a plan.
+class PlanRepresentation : public pcl::PointRepresentation<Point> {
+public:
+  PlanRepresentation() { nr_dimensions_ = 2; }
+  void
+  copyToFloatArray(const Point& point, float* out) const override
+  {
+    out[0] = point.x;
+    out[1] = point.y;
+  }
+};
+
+TEST(FiniteQueryKdTree, AnotherRepresentationHolds)
+{
+  const auto cloud = pcl::make_shared<Cloud>();
+  cloud->push_back(Point(0, 0, 9));
+  cloud->push_back(Point(2, 0, 0));
+  Tree tree;
+  tree.setInputCloud(cloud);
+  pcl::Indices indices;
+  std::vector<float> distances;
+  tree.nearestKSearch(Point(0, 0, 0), 1, indices, distances);
+  EXPECT_EQ(indices, pcl::Indices{1});
+  tree.setPointRepresentation(pcl::make_shared<PlanRepresentation>());
+  tree.nearestKSearch(Point(0, 0, 0), 1, indices, distances);
+  EXPECT_EQ(indices, pcl::Indices{0});
+  EXPECT_EQ(distances, std::vector<float>{0});
 }
 
 TEST(FiniteQueryKdTree, IndicesChooseThePoints)
@@ -170,6 +236,10 @@ TEST(FiniteQueryKdTree, IndicesChooseThePoints)
   for (const pcl::index_t i : indices)
     EXPECT_EQ(i % 3, 0);
   EXPECT_GT(indices.size(), 60U);
+  for (const Point& query : *cloud) {
+    tree.nearestKSearch(query, 1, indices, distances);
+    EXPECT_EQ(indices[0] % 3, query.getVector3fMap().allFinite() ? 0 : pcl::UNAVAILABLE);
+  }
 }
 
 TEST(FiniteQueryKdTree, SettingsOutliveTheCloud)
@@ -218,18 +288,20 @@ TEST(FiniteQueryKdTree, FirstQueryFromManyThreads)
   for (int round = 0; round < 5; ++round) {
     Tree tree;
     tree.setInputCloud(cloud);
-    std::vector<pcl::Indices> found(kThreads);
+    std::vector<pcl::Indices> found(kThreads), nearest(kThreads);
     std::vector<std::thread> threads;
     for (std::size_t t = 0; t < kThreads; ++t)
-      threads.emplace_back([&tree, &found, t] {
+      threads.emplace_back([&tree, &found, &nearest, t] {
         std::vector<float> distances;
+        tree.nearestKSearch(Point(0.5F, -1, 2), 1, nearest[t], distances);
         tree.nearestKSearch(Point(0.5F, -1, 2), 10, found[t], distances);
       });
     for (std::thread& thread : threads)
       thread.join();
-    for (const pcl::Indices& indices : found) {
-      EXPECT_EQ(indices.size(), 10U);
-      EXPECT_EQ(indices, found[0]);
+    for (std::size_t t = 0; t < kThreads; ++t) {
+      EXPECT_EQ(found[t].size(), 10U);
+      EXPECT_EQ(found[t], found[0]);
+      EXPECT_EQ(nearest[t], pcl::Indices{found[0][0]});
     }
   }
 }

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
-#include "preparation/neighbor_index.h"
 #include "synthetic_scene.h"
+
+#include <pcl_ssfr/detail/neighbor_index.h>
 
 #include <gtest/gtest.h>
 
@@ -41,6 +42,7 @@ TEST(NeighborIndex, AgreesWithBruteForce)
       const double squared = (points.colwise() - query).colwise().squaredNorm().minCoeff(&expected);
       const NeighborIndex::Neighbor found = index.nearest(query);
       EXPECT_EQ(found.index, expected);
+      EXPECT_EQ(found.point, points.col(expected));
       EXPECT_DOUBLE_EQ(found.squared_distance, squared);
       EXPECT_EQ(index.nearest(query, 1.01 * std::sqrt(squared)).index, expected);
       EXPECT_EQ(index.nearest(query, 0.99 * std::sqrt(squared)).index, -1);

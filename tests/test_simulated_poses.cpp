@@ -4,7 +4,9 @@
 // The truth of a written dataset against its own points: an ICP that knows nothing of the simulator, on dense scans
 // without noise, must find the poses of pairs.csv.
 
-#include "preparation/neighbor_index.h"
+#include "common/types.h"
+
+#include <pcl_ssfr/detail/neighbor_index.h>
 
 #include <apps/io/dataset_folder.h>
 #include <apps/io/loaded_cloud.h>

@@ -5,11 +5,11 @@
 #include "baselines/lcp_verifier.h"
 #include "judgement/overlap.h"
 #include "pose_matchers.h"
-#include "preparation/neighbor_index.h"
 #include "scan_views.h"
 #include "synthetic_scene.h"
 
 #include <pcl_ssfr/baselines/super4pcs.h>
+#include <pcl_ssfr/detail/neighbor_index.h>
 
 #include <gtest/gtest.h>
 

@@ -5,9 +5,9 @@
 
 #include "judgement/overlap.h"
 #include "judgement/scored_pose.h"
-#include "preparation/neighbor_index.h"
 #include "preparation/thinning.h"
 
+#include <pcl_ssfr/detail/neighbor_index.h>
 #include <pcl_ssfr/pipeline.h>
 #include <pcl_ssfr/scan_view.h>
 

@@ -3,8 +3,9 @@
 
 #include <apps/pairs/pair_input.h>
 
-#include "preparation/neighbor_index.h"
 #include "preparation/thinning.h"
+
+#include <pcl_ssfr/detail/neighbor_index.h>
 
 #include <apps/common/random_stream.h>
 #include <apps/io/transform_file.h>

@@ -3,7 +3,9 @@
 
 #include <apps/pairs/pair_truth.h>
 
-#include "preparation/neighbor_index.h"
+#include "common/types.h"
+
+#include <pcl_ssfr/detail/neighbor_index.h>
 
 #include <apps/common/json_values.h>
 #include <apps/methods/method_parameters.h>

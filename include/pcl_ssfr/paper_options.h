@@ -75,7 +75,7 @@ struct HistogramOptions {
   Clip clip = Clip::UniformMean;   ///< how full bins are bounded
   double clip_factor = 3;          ///< > 0, see Clip
   bool normalise = true;           ///< divide by the total weight before clipping
-  Eigen::Index max_bins = 4000000; ///< bound on the memory of one histogram; wider data throw std::length_error
+  Eigen::Index max_bins = 1000000; ///< bound on the memory of one histogram; wider data throw std::length_error
 };
 
 /// Options of the peaks of a correlation (paper, section 3.5; METHOD stage 11).

@@ -59,7 +59,8 @@ namespace pcl_ssfr {
  * **Viewpoint.** Normals are oriented towards the sensor, and space between it and the points is taken to be free. The
  * sensor is at each cloud's `sensor_origin_`, which PCL does not move along with the points: on merged or moved clouds
  * it is wrong. By default (ViewpointMode::Auto) it is used only when the points agree with it. setSourceViewpoint() and
- * setTargetViewpoint() give it explicitly; ViewpointMode::Unknown never uses it.
+ * setTargetViewpoint() give it explicitly; ViewpointMode::Unknown never uses it. Points exactly there are what did not
+ * return, as many drivers write it: like those that are not finite, they take no part.
  *
  * **Guess.** Never needed and never harmful: a guess other than the identity is judged as one more candidate. With
  * setGuessTolerance() it is a prior instead, and align() with a guess that is no rigid motion does not converge.
@@ -68,7 +69,7 @@ namespace pcl_ssfr {
  * setter of a viewpoint) is called again, or align() finds another value of an option that the preparation reads
  * (PreparationOptions, and the stages of the profile). A cloud edited in place must therefore be set again.
  *
- * **Work on demand.** The search tree of the target takes 1.7 times the memory of a cloud of pcl::PointXYZ, and the
+ * **Work on demand.** The search tree of the target takes 2.6 times the memory of a cloud of pcl::PointXYZ, and the
  * registration does not use it: it is built by the first call of getFitnessScore() or getCorrespondences(), from the
  * points that the target had when it was set, as they are then, unlike with ICP: what was appended since is left out,
  * and a target that has lost points has no neighbours. So is the list of correspondences. A search method that was set

@@ -8,7 +8,8 @@
 #include "fpfh_features.h"
 #include "judgement/overlap.h"
 #include "option_checks.h"
-#include "preparation/neighbor_index.h"
+
+#include <pcl_ssfr/detail/neighbor_index.h>
 
 #include <algorithm>
 #include <cmath>

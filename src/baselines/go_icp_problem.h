@@ -5,7 +5,8 @@
 
 #include "common/types.h"
 #include "distance_transform.h"
-#include "preparation/neighbor_index.h"
+
+#include <pcl_ssfr/detail/neighbor_index.h>
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>

@@ -4,7 +4,8 @@
 #pragma once
 
 #include "common/types.h"
-#include "preparation/neighbor_index.h"
+
+#include <pcl_ssfr/detail/neighbor_index.h>
 
 namespace pcl_ssfr {
 

@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Copyright (c) 2026, pcl_ssfr contributors
 
-#include "preparation/neighbor_index.h"
+#include <pcl_ssfr/detail/neighbor_index.h>
+
+#include "common/types.h"
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
+#include <limits>
 #include <numeric>
 #include <stdexcept>
 #include <utility>
@@ -14,19 +18,18 @@ namespace pcl_ssfr {
 
 namespace {
 
-constexpr Eigen::Index kLeafSize = 8; // points of a box that are looked at one by one
+constexpr std::uint32_t kLeafSize = 16; // points of a box that are looked at one by one
 
 } // namespace
 
 class NeighborIndex::Tree {
 public:
-  explicit Tree(const Points3& points) : columns_(static_cast<std::size_t>(points.cols()))
+  explicit Tree(Points3 points) : points_(std::move(points)), columns_(static_cast<std::size_t>(points_.cols()))
   {
-    std::iota(columns_.begin(), columns_.end(), Eigen::Index{0});
-    build(points, 0, points.cols());
-    points_.resize(3, points.cols());
-    for (Eigen::Index i = 0; i < points.cols(); ++i)
-      points_.col(i) = points.col(columns_[static_cast<std::size_t>(i)]);
+    std::iota(columns_.begin(), columns_.end(), 0U);
+    build(0, static_cast<std::uint32_t>(points_.cols()));
+    nodes_.shrink_to_fit();
+    sortPoints();
   }
 
   Eigen::Index
@@ -35,49 +38,89 @@ public:
     return points_.cols();
   }
 
-  /// Take the nearest point for \p best that is nearer than it, or as near and of a lower column.
-  void
-  search(const Eigen::Vector3d& query, Neighbor& best) const
+  /// The nearest point nearer than the root of \p squared_limit [m^2].
+  Neighbor
+  nearest(const Eigen::Vector3d& query, double squared_limit) const
   {
+    Best best;
+    best.squared_distance = squared_limit;
     search(0, query, best);
+    if (best.column == kNone)
+      return {};
+    return {best.column, best.squared_distance, points_.col(best.place)};
   }
 
 private:
+  static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+
   /// Points [begin, end) and the box around them: on a wall it is flat, which keeps queries from afar short.
   struct Node {
     Eigen::Array3d low, high;
-    Eigen::Index begin = 0;
-    Eigen::Index end = 0;
-    std::size_t right = 0; ///< the left child follows its parent; 0: a leaf
+    std::uint32_t begin = 0;
+    std::uint32_t end = 0;
+    std::uint32_t right = 0;        ///< the left child follows its parent; 0: a leaf
+    std::uint32_t first_column = 0; ///< the lowest of its points
+  };
+
+  /// The nearest point so far.
+  struct Best {
+    double squared_distance = 0;
+    std::uint32_t column = kNone; ///< of the points given
+    std::uint32_t place = 0;      ///< in the order of the leaves
+
+    /// Whether what is at least that far and of that column or a higher one may come before it.
+    bool
+    isAfter(double squared, std::uint32_t first_column) const
+    {
+      return squared < squared_distance || (squared <= squared_distance && column != kNone && first_column < column);
+    }
   };
 
   void
-  build(const Points3& points, Eigen::Index begin, Eigen::Index end)
+  build(std::uint32_t begin, std::uint32_t end)
   {
-    const std::size_t self = nodes_.size();
-    nodes_.emplace_back();
-    nodes_[self].begin = begin;
-    nodes_[self].end = end;
-    Eigen::Array3d low = points.col(columns_[static_cast<std::size_t>(begin)]).array();
-    Eigen::Array3d high = low;
-    for (Eigen::Index i = begin; i < end; ++i) {
-      low = low.min(points.col(columns_[static_cast<std::size_t>(i)]).array());
-      high = high.max(points.col(columns_[static_cast<std::size_t>(i)]).array());
+    Node node;
+    node.begin = begin;
+    node.end = end;
+    node.first_column = kNone;
+    node.low = points_.col(columns_[begin]).array();
+    node.high = node.low;
+    for (std::uint32_t i = begin; i < end; ++i) {
+      const std::uint32_t column = columns_[i];
+      node.first_column = std::min(node.first_column, column);
+      node.low = node.low.min(points_.col(column).array());
+      node.high = node.high.max(points_.col(column).array());
     }
-    nodes_[self].low = low;
-    nodes_[self].high = high;
+    const std::size_t self = nodes_.size();
+    nodes_.push_back(node);
     if (end - begin <= kLeafSize)
       return;
     int axis = 0;
-    (high - low).maxCoeff(&axis);
-    const Eigen::Index middle = begin + (end - begin) / 2;
-    const auto at = [this](Eigen::Index i) { return columns_.begin() + static_cast<std::ptrdiff_t>(i); };
-    std::nth_element(at(begin), at(middle), at(end), [&](Eigen::Index a, Eigen::Index b) {
-      return points(axis, a) < points(axis, b) || (points(axis, a) <= points(axis, b) && a < b);
+    (node.high - node.low).maxCoeff(&axis);
+    const std::uint32_t middle = begin + (end - begin) / 2;
+    const auto at = [this](std::uint32_t i) { return columns_.begin() + static_cast<std::ptrdiff_t>(i); };
+    std::nth_element(at(begin), at(middle), at(end), [&](std::uint32_t a, std::uint32_t b) {
+      return points_(axis, a) < points_(axis, b) || (points_(axis, a) <= points_(axis, b) && a < b);
     });
-    build(points, begin, middle);
-    nodes_[self].right = nodes_.size();
-    build(points, middle, end);
+    build(begin, middle);
+    nodes_[self].right = static_cast<std::uint32_t>(nodes_.size());
+    build(middle, end);
+  }
+
+  /// Put the points into the order of the leaves, along the cycles of that permutation: a copy would take most memory.
+  void
+  sortPoints()
+  {
+    std::vector<bool> done(columns_.size(), false);
+    for (std::size_t start = 0; start < columns_.size(); ++start) {
+      const Eigen::Vector3d first = points_.col(static_cast<Eigen::Index>(start));
+      std::size_t place = start;
+      for (; !done[place]; place = columns_[place]) {
+        done[place] = true;
+        points_.col(static_cast<Eigen::Index>(place)) =
+            columns_[place] == start ? first : points_.col(static_cast<Eigen::Index>(columns_[place]));
+      }
+    }
   }
 
   static double
@@ -88,43 +131,44 @@ private:
   }
 
   void
-  search(std::size_t node, const Eigen::Vector3d& query, Neighbor& best) const
+  search(std::uint32_t node, const Eigen::Vector3d& query, Best& best) const
   {
     const Node& here = nodes_[node];
     if (here.right == 0) {
-      for (Eigen::Index i = here.begin; i < here.end; ++i) {
+      for (std::uint32_t i = here.begin; i < here.end; ++i) {
         const double squared = (points_.col(i) - query).squaredNorm();
-        const Eigen::Index column = columns_[static_cast<std::size_t>(i)];
-        if (squared < best.squared_distance || (squared <= best.squared_distance && column < best.index))
-          best = {column, squared};
+        if (best.isAfter(squared, columns_[i]))
+          best = {squared, columns_[i], i};
       }
       return;
     }
-    std::size_t near = node + 1;
-    std::size_t far = here.right;
+    std::uint32_t near = node + 1;
+    std::uint32_t far = here.right;
     double to_near = squaredDistance(nodes_[near], query);
     double to_far = squaredDistance(nodes_[far], query);
     if (to_far < to_near) {
       std::swap(near, far);
       std::swap(to_near, to_far);
     }
-    if (to_near <= best.squared_distance)
+    if (best.isAfter(to_near, nodes_[near].first_column))
       search(near, query, best);
-    if (to_far <= best.squared_distance)
+    if (best.isAfter(to_far, nodes_[far].first_column))
       search(far, query, best);
   }
 
-  Points3 points_;                    ///< in the order of the leaves
-  std::vector<Eigen::Index> columns_; ///< of the points given
+  Points3 points_;                     ///< in the order of the leaves
+  std::vector<std::uint32_t> columns_; ///< of the points given
   std::vector<Node> nodes_;
 };
 
-NeighborIndex::NeighborIndex(const Points3& points)
+NeighborIndex::NeighborIndex(Points3 points)
 {
   if (!points.allFinite())
     throw std::invalid_argument("NeighborIndex: points must be finite");
+  if (points.cols() >= std::numeric_limits<std::uint32_t>::max())
+    throw std::invalid_argument("NeighborIndex: points must be fewer than 2^32");
   if (points.cols() > 0)
-    tree_ = std::make_shared<const Tree>(points);
+    tree_ = std::make_shared<const Tree>(std::move(points));
 }
 
 Eigen::Index
@@ -138,10 +182,7 @@ NeighborIndex::nearest(const Eigen::Vector3d& query, double max_distance) const
 {
   if (!tree_ || !query.allFinite())
     return {};
-  Neighbor best;
-  best.squared_distance = max_distance * max_distance;
-  tree_->search(query, best);
-  return best.index < 0 ? Neighbor{} : best;
+  return tree_->nearest(query, max_distance * max_distance);
 }
 
 } // namespace pcl_ssfr

@@ -4,10 +4,10 @@
 #pragma once
 
 #include "directions/mean_shift.h"
-#include "preparation/neighbor_index.h"
 #include "preparation/paper_normals.h"
 
 #include <pcl_ssfr/deadline.h>
+#include <pcl_ssfr/detail/neighbor_index.h>
 #include <pcl_ssfr/options.h>
 #include <pcl_ssfr/result.h>
 #include <pcl_ssfr/scan_view.h>

@@ -3,16 +3,20 @@
 
 #pragma once
 
+#include <pcl_ssfr/detail/neighbor_index.h>
+
 #include <pcl/memory.h>
 #include <pcl/point_representation.h>
 #include <pcl/search/kdtree.h>
 
+#include <Eigen/Core>
+
 #include <algorithm>
-#include <atomic>
 #include <cstddef>
 #include <limits>
+#include <memory>
 #include <mutex>
-#include <numeric>
+#include <utility>
 #include <vector>
 
 namespace pcl_ssfr {
@@ -42,10 +46,14 @@ public:
  * pcl::Registration::getFitnessScore() abort, or report a perfect score. This tree answers such queries with "no
  * neighbour": it returns 0, every distance is +infinity and every index is pcl::UNAVAILABLE.
  *
- * The cloud is indexed at the first query: pcl::Registration gives each target a tree, which takes more memory than the
- * target itself, and many users never ask it. The first query may come from several threads at once. Points that were
- * appended to the cloud since setInputCloud() are not indexed, as if it had been done there; a cloud that has lost
- * points since is no longer what was to be searched, and nothing has a neighbour in it.
+ * Queries for one neighbour, of which getFitnessScore() makes one per point, are answered by a NeighborIndex, exactly
+ * and several times as fast; of equally near points it gives the first. All others go to PCL's tree, and so does every
+ * query once another point representation is set.
+ *
+ * The cloud is indexed at the first query of either kind: pcl::Registration gives each target a tree, which takes more
+ * memory than the target itself, and many users never ask it. The first query may come from several threads at once.
+ * Points that were appended to the cloud since setInputCloud() are not indexed, as if it had been done there; a cloud
+ * that has lost points since is no longer what was to be searched, and nothing has a neighbour in it.
  */
 template <typename PointT>
 class FiniteQueryKdTree : public pcl::search::KdTree<PointT> {
@@ -56,7 +64,7 @@ public:
   using Base::nearestKSearch;
   using Base::radiusSearch;
 
-  FiniteQueryKdTree() { this->setPointRepresentation(pcl::make_shared<XyzRepresentation<PointT>>()); }
+  FiniteQueryKdTree() { this->setPointRepresentation(xyz_); }
 
   /// Take the finite points of \p cloud (those of \p indices only, when given); they are indexed at the first query.
   void
@@ -65,15 +73,15 @@ public:
     this->input_ = cloud;
     this->indices_ = indices;
     size_ = cloud->size();
-    index_ = Index::Unmade;
-    forgetIndex();
+    made_ = std::make_unique<Made>();
+    forgetTree();
   }
 
-  /// Whether a query has made the index of the cloud given last.
+  /// Whether a query has made an index of the cloud given last; not to be asked while other threads query.
   bool
   isBuilt() const
   {
-    return index_ == Index::Made;
+    return made_->nearest.size() > 0 || made_->has_tree;
   }
 
   /// As in PCL; a query that is not finite has no neighbour.
@@ -83,7 +91,12 @@ public:
                  pcl::Indices& k_indices,
                  std::vector<float>& k_sqr_distances) const override
   {
-    if (this->getPointRepresentation()->isValid(point) && isSearchable()) {
+    if (k == 1 && this->getPointRepresentation() == xyz_) {
+      k_indices.resize(1);
+      k_sqr_distances.resize(1);
+      return nearest(point, k_indices[0], k_sqr_distances[0]);
+    }
+    if (this->getPointRepresentation()->isValid(point) && hasTree()) {
       return Base::nearestKSearch(point, k, k_indices, k_sqr_distances);
     }
     const auto count = static_cast<std::size_t>(std::max(k, 0));
@@ -100,7 +113,7 @@ public:
                std::vector<float>& k_sqr_distances,
                unsigned int max_nn = 0) const override
   {
-    if (this->getPointRepresentation()->isValid(point) && isSearchable()) {
+    if (this->getPointRepresentation()->isValid(point) && hasTree()) {
       return Base::radiusSearch(point, radius, k_indices, k_sqr_distances, max_nn);
     }
     k_indices.clear();
@@ -109,53 +122,97 @@ public:
   }
 
 private:
-  /// Of the cloud given last: not asked for yet; there; no point of it can be indexed, or it has lost points.
-  enum class Index { Unmade, Made, Impossible };
+  /// What queries have made of the cloud given last, each index once.
+  struct Made {
+    std::once_flag nearest_once;
+    NeighborIndex nearest; ///< empty: not asked for yet, or no point can be indexed
+    pcl::Indices indices;  ///< of its points in the cloud
+    std::once_flag tree_once;
+    bool has_tree = false; ///< likewise, of PCL's tree
+  };
 
-  /// Whether there is an index, which the first query makes.
-  bool
-  isSearchable() const
+  /// The number of neighbours of \p point, 0 or 1, as PCL gives them.
+  int
+  nearest(const PointT& point, pcl::index_t& index, float& squared_distance) const
   {
-    Index index = index_.load(std::memory_order_acquire);
-    if (index == Index::Unmade) {
-      const std::lock_guard<std::mutex> lock(building_);
-      index = index_.load(std::memory_order_relaxed);
-      if (index == Index::Unmade) {
-        index = makeIndex();
-        index_.store(index, std::memory_order_release);
-      }
+    index = pcl::UNAVAILABLE;
+    squared_distance = std::numeric_limits<float>::infinity();
+    std::call_once(made_->nearest_once, [this] { indexForNearest(); });
+    const Eigen::Vector3f query(point.x, point.y, point.z);
+    const NeighborIndex::Neighbor found = made_->nearest.nearest(query.template cast<double>());
+    if (found.index < 0) {
+      return 0;
     }
-    return index == Index::Made;
+    index = made_->indices[static_cast<std::size_t>(found.index)];
+    const Eigen::Vector3f difference = query - found.point.template cast<float>();
+    squared_distance = difference.x() * difference.x(); // summed in PCL's order: the same bits
+    squared_distance += difference.y() * difference.y();
+    squared_distance += difference.z() * difference.z();
+    return 1;
   }
 
-  /// Index the points that the cloud had when it was given.
-  Index
-  makeIndex() const
+  /// Whether PCL's tree is there, which the first query makes.
+  bool
+  hasTree() const
   {
-    if (!this->input_ || this->input_->size() < size_) {
-      return Index::Impossible;
+    std::call_once(made_->tree_once, [this] { makeTree(); });
+    return made_->has_tree;
+  }
+
+  void
+  indexForNearest() const
+  {
+    made_->indices = validIndices();
+    Eigen::Matrix3Xd points(3, static_cast<Eigen::Index>(made_->indices.size()));
+    for (Eigen::Index column = 0; column < points.cols(); ++column) {
+      const auto i = static_cast<std::size_t>(made_->indices[static_cast<std::size_t>(column)]);
+      const PointT& point = (*this->input_)[i];
+      points.col(column) << point.x, point.y, point.z;
     }
-    pcl::IndicesConstPtr indices = this->indices_;
-    if (!indices && this->input_->size() > size_) {
-      const auto first = pcl::make_shared<pcl::Indices>(size_);
-      std::iota(first->begin(), first->end(), pcl::index_t(0));
-      indices = first;
-    }
-    const auto is_valid = [this](const PointT& point) { return this->getPointRepresentation()->isValid(point); };
-    const auto is_valid_index = [&](pcl::index_t i) { return is_valid((*this->input_)[static_cast<std::size_t>(i)]); };
-    if (indices ? std::none_of(indices->begin(), indices->end(), is_valid_index)
-                : std::none_of(this->input_->begin(), this->input_->end(), is_valid)) {
-      return Index::Impossible;
+    made_->nearest = NeighborIndex(std::move(points));
+  }
+
+  void
+  makeTree() const
+  {
+    const auto indices = pcl::make_shared<const pcl::Indices>(validIndices());
+    if (indices->empty()) {
+      return;
     }
     const float epsilon = this->tree_->getEpsilon();
     this->tree_->setInputCloud(this->input_, indices); // forgets the epsilon
     this->tree_->setEpsilon(epsilon);
-    return Index::Made;
+    made_->has_tree = true;
   }
 
-  /// Give up the index of an earlier cloud, and that cloud; the settings stay.
+  /// The points to index, of those that the cloud had when it was given; none if it has lost some.
+  pcl::Indices
+  validIndices() const
+  {
+    pcl::Indices valid;
+    if (!this->input_ || this->input_->size() < size_) {
+      return valid;
+    }
+    const auto take = [&, representation = this->getPointRepresentation()](pcl::index_t i) {
+      if (representation->isValid((*this->input_)[static_cast<std::size_t>(i)])) {
+        valid.push_back(i);
+      }
+    };
+    valid.reserve(this->indices_ ? this->indices_->size() : size_);
+    if (this->indices_) {
+      std::for_each(this->indices_->begin(), this->indices_->end(), take);
+    }
+    else {
+      for (std::size_t i = 0; i < size_; ++i) {
+        take(static_cast<pcl::index_t>(i));
+      }
+    }
+    return valid;
+  }
+
+  /// Give up PCL's tree of an earlier cloud, and that cloud; the settings stay.
   void
-  forgetIndex()
+  forgetTree()
   {
     if (!this->tree_->getInputCloud()) {
       return;
@@ -166,9 +223,9 @@ private:
     this->tree_ = tree;
   }
 
+  const pcl::shared_ptr<const XyzRepresentation<PointT>> xyz_ = pcl::make_shared<XyzRepresentation<PointT>>();
   std::size_t size_ = 0; ///< of the cloud, when it was given
-  mutable std::atomic<Index> index_{Index::Unmade};
-  mutable std::mutex building_;
+  std::unique_ptr<Made> made_ = std::make_unique<Made>();
 };
 
 } // namespace pcl_ssfr
