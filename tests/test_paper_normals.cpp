@@ -60,7 +60,7 @@ TEST(NormalEstimation, PlaneByHand)
   const Eigen::Matrix3Xf points = makeFloor(20);
   const NormalEstimationResult result = estimateNormals(viewOfPoints(points), keepAll(0.1), true);
   ASSERT_EQ(result.samples.size(), 400);
-  EXPECT_EQ(result.finite_points, 400U);
+  EXPECT_EQ(result.returns, 400U);
   EXPECT_NEAR(result.resolution, 0.02, 1e-4);
   EXPECT_TRUE(result.samples.oriented);
   EXPECT_LT((result.samples.normals.colwise() - Eigen::Vector3d::UnitZ()).norm(), 1e-3); // up, towards the sensor
@@ -163,7 +163,7 @@ TEST(NormalEstimation, SkipsWhatIsNotFiniteAndHonoursIndicesAndRange)
   dirty.col(402) << 0, 0, kNan;
   const NormalEstimationResult expected = estimateNormals(viewOfPoints(clean), keepAll(0.1), true);
   const NormalEstimationResult result = estimateNormals(viewOfPoints(dirty), keepAll(0.1), true);
-  EXPECT_EQ(result.finite_points, 400U);
+  EXPECT_EQ(result.returns, 400U);
   EXPECT_EQ(result.samples.points, expected.samples.points);
   EXPECT_EQ(result.samples.normals, expected.samples.normals);
 
@@ -171,14 +171,14 @@ TEST(NormalEstimation, SkipsWhatIsNotFiniteAndHonoursIndicesAndRange)
   ScanView few = viewOfPoints(dirty);
   few.indices = indices.data();
   few.index_count = indices.size();
-  EXPECT_EQ(estimateNormals(few, keepAll(0.1), true).finite_points, 2U);
+  EXPECT_EQ(estimateNormals(few, keepAll(0.1), true).returns, 2U);
 
   NormalOptions near = keepAll(0.1);
   near.max_range = 1.05; // the floor's corner at 0.38, 0.38, -1 is farther
   const NormalEstimationResult cut = estimateNormals(viewOfPoints(clean), near, true);
   EXPECT_GT(cut.samples.size(), 50);
   EXPECT_LE((cut.samples.points.colwise() + cut.origin).colwise().norm().maxCoeff(), 1.05 + 1e-6);
-  EXPECT_EQ(cut.finite_points, 400U);
+  EXPECT_EQ(cut.returns, 400U);
 }
 
 TEST(NormalEstimation, BelievesGivenNormals)
@@ -236,7 +236,7 @@ TEST(NormalEstimation, EmptyIn)
 {
   const NormalEstimationResult none = estimateNormals(ScanView(), NormalOptions(), true);
   EXPECT_EQ(none.samples.size(), 0);
-  EXPECT_EQ(none.finite_points, 0U);
+  EXPECT_EQ(none.returns, 0U);
   const Eigen::Matrix3Xf nan = Eigen::Matrix3Xf::Constant(3, 10, kNan);
   EXPECT_EQ(estimateNormals(viewOfPoints(nan), NormalOptions(), true).samples.size(), 0);
   const Eigen::Matrix3Xf one = Eigen::Matrix3Xf::Ones(3, 1);

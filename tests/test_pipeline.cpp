@@ -587,6 +587,24 @@ TEST(Degenerate, nanPointsAmongGoodOnesAreSkipped)
   EXPECT_EQ(result.T_target_source.matrix(), clean.T_target_source.matrix());
 }
 
+TEST(Degenerate, whatDidNotReturnIsNotThere)
+{
+  // As drivers write it: in the frame of the sensor, most of the points of a scan at (0, 0, 0).
+  const Pair pair = scanPair(makeFurnishedRoom(7), 0, 1, roomScanner(), 92);
+  Pair with = pair;
+  for (Eigen::Matrix3Xf* points : {&with.source, &with.target}) {
+    const Eigen::Matrix3Xf returns = *points;
+    points->setZero(3, 5 * returns.cols());
+    for (Eigen::Index i = 0; i < returns.cols(); ++i)
+      points->col(5 * i + i % 5) = returns.col(i);
+  }
+  const Result expected = registerPair(pair), result = registerPair(with);
+  EXPECT_EQ(expected.status, Status::Converged) << expected.message;
+  EXPECT_EQ(result.T_target_source.matrix(), expected.T_target_source.matrix());
+  EXPECT_EQ(result.confidence, expected.confidence);
+  EXPECT_TRUE(result.source_viewpoint_used && result.target_viewpoint_used);
+}
+
 TEST(Degenerate, aFewReturnsAtTheEndOfTheWorldDoNoHarm)
 {
   const Pair pair = scanPair(makeFurnishedRoom(1), 0, 1, roomScanner(), 98);

@@ -187,7 +187,7 @@ TEST(ThinScan, CellsFarApart)
   for (Eigen::Index i = 0; i < points.cols(); ++i) {
     const Eigen::Index cell = i % kCells, layer = cell / 729;
     points.col(i) = Eigen::Vector3f(static_cast<float>(cell % 27), static_cast<float>(cell / 27 % 27), 0) * 1000.f;
-    points(2, i) = static_cast<float>(layer) * -1000.f + static_cast<float>(i / kCells % 2);
+    points(2, i) = static_cast<float>(layer) * -1000.f + static_cast<float>(i / kCells % 2) + 0.25f;
   }
   const ThinnedCloud thinned = thinScan(viewOfPoints(points), 0.5, Eigen::Vector3d::Zero());
   expectConsistent(thinned, static_cast<std::size_t>(points.cols()));
@@ -240,7 +240,7 @@ TEST(ThinScan, AveragesUnitNormalsOnly)
 TEST(ThinScan, DropsWhatIsTooFarToCode)
 {
   Eigen::Matrix3Xf points(3, 4);
-  points << 0, 9, 11, 2e6f, 0, 0, 0, 0, 0, 0, 0, 0;
+  points << 0.5f, 9, 11, 2e6f, 0, 0, 0, 0, 0, 0, 0, 0;
   EXPECT_EQ(thinScan(viewOfPoints(points), 1, Eigen::Vector3d::Zero()).size(), 3); // 2^20 voxels on each side
   EXPECT_EQ(thinScan(viewOfPoints(points), 2, Eigen::Vector3d::Zero()).size(), 4);
   EXPECT_EQ(thinScan(viewOfPoints(points), 2, Eigen::Vector3d::Zero(), 10).size(), 2);
@@ -295,8 +295,10 @@ TEST(MeasureExtent, ByHand)
 {
   Eigen::Matrix3Xf points(3, 5);
   points << 0, 2, kNan, 1, 1, 0, 0, 0, 3, kInf, 0, 0, 0, -3, 0;
-  const ScanExtent extent = measureExtent(viewOfPoints(points));
-  EXPECT_EQ(extent.finite_points, 3U);
+  ScanView view = viewOfPoints(points);
+  view.viewpoint = Eigen::Vector3d(5, 5, 5); // else the first point would be at the sensor
+  const ScanExtent extent = measureExtent(view);
+  EXPECT_EQ(extent.returns, 3U);
   EXPECT_EQ(extent.min, Eigen::Vector3d(0, 0, -3));
   EXPECT_EQ(extent.max, Eigen::Vector3d(2, 3, 0));
   EXPECT_EQ(extent.median, Eigen::Vector3d(1, 0, 0));
@@ -318,13 +320,42 @@ TEST(MeasureExtent, RadiusIsTheNinetiethPercentile)
   EXPECT_NEAR(measureExtent(viewOfPoints(far)).radius, extent.radius, 0.1);
 }
 
+/// As many drivers write them: two points at the sensor before each return.
+Eigen::Matrix3Xf
+amongPointsAt(const Eigen::Vector3f& sensor, const Eigen::Matrix3Xf& returns)
+{
+  Eigen::Matrix3Xf points = sensor.replicate(1, 3 * returns.cols());
+  for (Eigen::Index i = 0; i < returns.cols(); ++i)
+    points.col(3 * i + 2) = returns.col(i);
+  return points;
+}
+
+TEST(Returns, PointsAtTheSensorAreNone)
+{
+  const Eigen::Matrix3Xf returns = randomCloud(3000, 5, 8);
+  for (const Eigen::Vector3d& sensor : {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(1.7, -2.3, 0.1)}) {
+    const Eigen::Matrix3Xf points = amongPointsAt(sensor.cast<float>(), returns);
+    ScanView all = viewOfPoints(points), only = viewOfPoints(returns);
+    all.viewpoint = only.viewpoint = sensor;
+    const ScanExtent extent = measureExtent(all), expected = measureExtent(only);
+    EXPECT_EQ(extent.returns, 3000U);
+    EXPECT_EQ(extent.median, expected.median);
+    EXPECT_EQ(extent.radius, expected.radius);
+    EXPECT_EQ(extent.min, expected.min);
+    EXPECT_EQ(thinScan(all, 0.3, extent.median).points, thinScan(only, 0.3, extent.median).points);
+    all.viewpoint.x() += 0.5; // a point like any other
+    EXPECT_EQ(measureExtent(all).returns, 9000U);
+  }
+  EXPECT_EQ(measureExtent(viewOfPoints(Eigen::Matrix3Xf::Zero(3, 100))).returns, 0U);
+}
+
 TEST(MeasureExtent, Degenerate)
 {
   const Eigen::Matrix3Xf none(3, 0);
-  EXPECT_EQ(measureExtent(viewOfPoints(none)).finite_points, 0U);
+  EXPECT_EQ(measureExtent(viewOfPoints(none)).returns, 0U);
   EXPECT_EQ(measureExtent(viewOfPoints(none)).radius, 0);
   const Eigen::Matrix3Xf nans = Eigen::Matrix3Xf::Constant(3, 7, kNan);
-  EXPECT_EQ(measureExtent(viewOfPoints(nans)).finite_points, 0U);
+  EXPECT_EQ(measureExtent(viewOfPoints(nans)).returns, 0U);
   EXPECT_EQ(measureExtent(viewOfPoints(nans)).max, Eigen::Vector3d::Zero());
   const Eigen::Matrix3Xf same = Eigen::Matrix3Xf::Constant(3, 100, 3.f);
   EXPECT_EQ(measureExtent(viewOfPoints(same)).radius, 0);

@@ -63,7 +63,7 @@ makeReportCloud(const io::LoadedCloud& cloud)
   const ScanView view = viewOf(cloud);
   const ScanExtent extent = measureExtent(view);
   result.origin = cloud.offset + extent.median;
-  if (extent.finite_points == 0)
+  if (extent.returns == 0)
     return result;
   // Scans of a single place have no radius; any step shows them.
   const double radius = extent.radius > 0 ? extent.radius : 1;

@@ -45,7 +45,7 @@ struct ReportPictures {
 bool
 isDrawn(const Variation& variation);
 
-/// Thin a scan for a report; points far outside are left out. Empty for a scan without finite points.
+/// Thin a scan for a report; points far outside are left out. Empty for a scan without returns.
 ReportCloud
 makeReportCloud(const io::LoadedCloud& cloud);
 

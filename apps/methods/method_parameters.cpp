@@ -161,10 +161,10 @@ thinPair(const ScanView& source, const ScanView& target, const ParameterRule& ru
   const ScanExtent source_extent = measureExtent(source);
   const ScanExtent target_extent = measureExtent(target);
   ThinnedPair pair;
-  if (source_extent.finite_points + target_extent.finite_points == 0)
+  if (source_extent.returns + target_extent.returns == 0)
     return pair;
   const auto radiusOf = [](const ScanExtent& extent) { // a scan without points says nothing of the other one's
-    return extent.finite_points == 0 ? std::numeric_limits<double>::infinity() : extent.radius;
+    return extent.returns == 0 ? std::numeric_limits<double>::infinity() : extent.radius;
   };
   const double radius = std::min(radiusOf(source_extent), radiusOf(target_extent));
   double leaf = rule.leaf > 0 ? rule.leaf : std::max(rule.min_leaf, rule.leaf_share * radius);
@@ -175,7 +175,7 @@ thinPair(const ScanView& source, const ScanView& target, const ParameterRule& ru
     pair.target = thinScan(target, leaf, target_extent.median, 0, threads);
   };
   const auto dense = [&rule](const ThinnedCloud& thinned, const ScanExtent& extent) {
-    return rule.min_points_per_voxel * static_cast<double>(thinned.size()) <= static_cast<double>(extent.finite_points);
+    return rule.min_points_per_voxel * static_cast<double>(thinned.size()) <= static_cast<double>(extent.returns);
   };
   thin();
   while (!(rule.leaf > 0) && leaf * kGrowth <= kMaxLeafShare * radius &&

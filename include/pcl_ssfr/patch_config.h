@@ -67,7 +67,7 @@ struct PatchConfig {
  * scale of the scene multiplies them once, see scaled().
  */
 struct PreparationConfig {
-  int min_points = 50; ///< finite points of a scan that is registered
+  int min_points = 50; ///< returns of a scan that is registered
 
   // Scale of the scene.
   double smallest_radius = 1.5; ///< scenes of a radius (see ScanExtent) from this ...

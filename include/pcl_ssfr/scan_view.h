@@ -12,7 +12,8 @@ namespace pcl_ssfr {
 
 /** \brief A scan as its owner stores it: borrowed, strided, never copied. Any point type of PCL fits.
  *
- * Non-finite points are allowed anywhere and are skipped. The owner keeps the memory alive.
+ * Non-finite points are allowed anywhere and are skipped, and so are points exactly at the viewpoint: many drivers put
+ * there what did not return, often more than half of a scan. The owner keeps the memory alive.
  */
 struct ScanView {
   const float* xyz = nullptr;            ///< x of the first point; y and z follow it [m]
@@ -26,7 +27,7 @@ struct ScanView {
   /// The viewpoint was given by the user: it is used whatever the points look like.
   bool viewpoint_is_known = false;
 
-  /// Number of points to visit (before non-finite ones are dropped).
+  /// Number of points to visit (before those are dropped that are no returns).
   std::size_t
   count() const
   {
@@ -43,6 +44,13 @@ struct ScanView {
   point(std::size_t i) const
   {
     return Eigen::Map<const Eigen::Vector3f>(xyz + index(i) * stride);
+  }
+  /// Whether the i-th point to visit is a return of the sensor: finite, and not at the viewpoint.
+  bool
+  isReturn(std::size_t i) const
+  {
+    const Eigen::Vector3f p = point(i);
+    return p.allFinite() && p != viewpoint.cast<float>();
   }
   /// The normal of the i-th point to visit; only when \ref normals is set.
   Eigen::Map<const Eigen::Vector3f>

@@ -31,7 +31,7 @@ def parser() -> argparse.ArgumentParser:
     words.add_argument("source", metavar="SOURCE")
     words.add_argument("target", metavar="TARGET")
     words.add_argument("--json", metavar="FILE", help="write what was found as JSON, as ssfr_align does; -: to stdout")
-    words.add_argument("--transform", metavar="FILE", help="write T_target_source as 4x4 text")
+    words.add_argument("--transform", metavar="FILE", help="write T_target_source as 4x4 text; -: to stdout")
     words.add_argument("--guess", metavar="FILE", help="4x4 text: a pose to judge as one more candidate")
     words.add_argument("--profile", choices=("default", "paper2017"), default="default")
     words.add_argument("--viewpoint", choices=("auto", "sensor", "unknown", "unused"), default="auto")
@@ -172,6 +172,9 @@ def as_text(result: pcl_ssfr.Result, arguments: argparse.Namespace, seconds: flo
 
 
 def write(path: str, text: str) -> None:
+    if path == "-":
+        sys.stdout.write(text)
+        return
     try:
         with open(path, "w", encoding="utf-8") as file:
             file.write(text)
@@ -179,25 +182,28 @@ def write(path: str, text: str) -> None:
         raise pcl_ssfr.FileError(f"{path}: cannot be written: {error.strerror}") from error
 
 
-def write_json(path: str, text: str) -> None:
-    if path == "-":
+def say(text: str, as_json_text: str, arguments: argparse.Namespace) -> None:
+    """What was found, as JSON or for people; where standard output is of the pose, they get no more than a refusal."""
+    if arguments.json is not None:
+        write(arguments.json, as_json_text)
+    elif arguments.transform != "-":
         sys.stdout.write(text)
-    else:
-        write(path, text)
+    elif text.startswith("Not aligned"):
+        print(f"pcl_ssfr: {text.splitlines()[0]}", file=sys.stderr)
 
 
 def run(words: Optional[list[str]] = None) -> int:
     """Align as the command line says; the exit code. Raises ValueError, FileError for files."""
     arguments = parser().parse_args(joined(sys.argv[1:] if words is None else words))
+    if arguments.json == arguments.transform == "-":
+        raise ValueError("--json: '-' is also --transform")
     options = options_of(arguments)
     guess = None if arguments.guess is None else pcl_ssfr.read_transform(arguments.guess)
     source, target = (pcl_ssfr.read_scan_file(path) for path in (arguments.source, arguments.target))
     message = without_points(arguments.source, source) or without_points(arguments.target, target)
     if message is not None:
-        if arguments.json is None:
-            sys.stdout.write(f"Not aligned, {pcl_ssfr.Status.TOO_FEW_POINTS}: {message}\n")
-        else:
-            write_json(arguments.json, nothing_as_json(message, arguments))
+        found = f"Not aligned, {pcl_ssfr.Status.TOO_FEW_POINTS}: {message}\n"
+        say(found, nothing_as_json(message, arguments), arguments)
         return NOT_ALIGNED
     start = time.perf_counter()
     result = pcl_ssfr.register_scans(
@@ -214,10 +220,7 @@ def run(words: Optional[list[str]] = None) -> int:
     if arguments.transform is not None and result.converged:
         rows = [" ".join(repr(float(number)) for number in row) for row in result.T_target_source]
         write(arguments.transform, "\n".join(rows) + "\n")
-    if arguments.json is None:
-        sys.stdout.write(as_text(result, arguments, seconds))
-    else:
-        write_json(arguments.json, as_json(result, arguments, seconds))
+    say(as_text(result, arguments, seconds), as_json(result, arguments, seconds), arguments)
     return ALIGNED if result.converged else NOT_ALIGNED
 
 

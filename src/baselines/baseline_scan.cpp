@@ -24,7 +24,7 @@ bool
 isDenseEnough(const ScanView& scan, const ScanExtent& extent, double leaf, unsigned threads)
 {
   const ThinnedCloud cloud = thinScan(scan, leaf, extent.median, 0, threads);
-  return static_cast<double>(extent.finite_points) >= kPointsPerVoxel * static_cast<double>(cloud.size());
+  return static_cast<double>(extent.returns) >= kPointsPerVoxel * static_cast<double>(cloud.size());
 }
 
 } // namespace
@@ -55,12 +55,11 @@ thinBaselineScan(const ScanView& scan, double leaf, unsigned threads)
     result.points = thinScan(scan, leaf, result.origin, 0, threads).points.cast<double>();
     return result;
   }
-  result.points.resize(3, static_cast<Eigen::Index>(extent.finite_points));
+  result.points.resize(3, static_cast<Eigen::Index>(extent.returns));
   Eigen::Index column = 0;
   for (std::size_t i = 0; i < scan.count(); ++i) {
-    const Eigen::Vector3f point = scan.point(i);
-    if (point.allFinite())
-      result.points.col(column++) = point.cast<double>() - result.origin;
+    if (scan.isReturn(i))
+      result.points.col(column++) = scan.point(i).cast<double>() - result.origin;
   }
   return result;
 }

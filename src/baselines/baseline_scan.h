@@ -35,7 +35,7 @@ struct BaselineScan {
 double
 deriveLeaf(const ScanView& source, const ScanView& target, unsigned threads);
 
-/// One averaged point per voxel of edge \p leaf [m]; all finite points as they are when leaf is 0.
+/// One averaged point per voxel of edge \p leaf [m]; all returns as they are when leaf is 0.
 BaselineScan
 thinBaselineScan(const ScanView& scan, double leaf, unsigned threads);
 

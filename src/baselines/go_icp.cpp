@@ -38,18 +38,17 @@ constexpr int kIcpSteps = 100;         ///< of a local search, where the caller 
 /// A scan thinned to about as many points as wanted.
 struct Sample {
   Points3 points;  ///< [m]
-  double leaf = 0; ///< edge of the voxels [m]; 0: all finite points
+  double leaf = 0; ///< edge of the voxels [m]; 0: all returns
 };
 
 Points3
-finitePoints(const ScanView& scan)
+returnsOf(const ScanView& scan)
 {
   Points3 points(3, static_cast<Eigen::Index>(scan.count()));
   Eigen::Index used = 0;
   for (std::size_t i = 0; i < scan.count(); ++i) {
-    const Eigen::Vector3f point = scan.point(i);
-    if (point.allFinite())
-      points.col(used++) = point.cast<double>();
+    if (scan.isReturn(i))
+      points.col(used++) = scan.point(i).cast<double>();
   }
   points.conservativeResize(3, used);
   return points;
@@ -62,8 +61,8 @@ drawSample(const ScanView& scan, std::size_t count, unsigned threads)
   Sample sample;
   const ScanExtent extent = measureExtent(scan);
   const double diagonal = (extent.max - extent.min).norm();
-  if (extent.finite_points <= count || !(diagonal > 0)) {
-    sample.points = finitePoints(scan);
+  if (extent.returns <= count || !(diagonal > 0)) {
+    sample.points = returnsOf(scan);
     return sample;
   }
   double low = std::log(kSmallestLeaf * (extent.radius > 0 ? extent.radius : diagonal));
@@ -166,7 +165,7 @@ registerGoIcp(const ScanView& source,
 
   const auto most = static_cast<std::size_t>(options.source_points);
   const Sample sample = drawSample(source, most, options.threads);
-  Points3 target_points = finitePoints(target);
+  Points3 target_points = returnsOf(target);
   result.leaf = sample.leaf;
   result.source_points = static_cast<std::size_t>(sample.points.cols());
   result.target_points = static_cast<std::size_t>(target_points.cols());

@@ -131,8 +131,8 @@ problemOf(const PreparedScan& scan)
     return "it was not prepared";
   const PatchScan& patches = patchesOf(scan);
   const auto least = static_cast<std::size_t>(scan.data().options.patch_profile.preparation.min_points);
-  if (patches.extent.finite_points < least)
-    return "it has " + std::to_string(patches.extent.finite_points) + " finite points, fewer than " +
+  if (patches.extent.returns < least)
+    return "it has " + std::to_string(patches.extent.returns) + " finite points away from the sensor, fewer than " +
            std::to_string(least);
   if (patches.patches.size() == 0)
     return "no surface was found in it";

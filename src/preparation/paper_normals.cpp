@@ -46,25 +46,25 @@ constexpr std::size_t kSurfaceSamples = 1000;              ///< at most so many 
 constexpr double kSurfaceStep = 1.25;                      ///< ratio of the radii that are tried
 constexpr double kSmallestLeaf = 0.04, kLargestLeaf = 0.1; ///< [m]
 
-/// The finite points of a scan near enough to the viewpoint, centred; and the normals that came with them.
-struct FinitePoints {
+/// The returns of a scan near enough to the viewpoint, centred; and the normals that came with them.
+struct Returns {
   Eigen::Vector3d origin = Eigen::Vector3d::Zero();
   Points3 points;
   Points3 given_normals; ///< unit or zero; no columns when the scan has none
-  std::size_t finite = 0;
+  std::size_t returns = 0;
 };
 
-FinitePoints
-collectFinite(const ScanView& scan, const NormalOptions& options)
+Returns
+collectReturns(const ScanView& scan, const NormalOptions& options)
 {
-  FinitePoints result;
+  Returns result;
   std::vector<std::size_t> kept;
   kept.reserve(scan.count());
   for (std::size_t i = 0; i < scan.count(); ++i) {
-    const Eigen::Vector3d point = scan.point(i).cast<double>();
-    if (!point.allFinite())
+    if (!scan.isReturn(i))
       continue;
-    ++result.finite;
+    const Eigen::Vector3d point = scan.point(i).cast<double>();
+    ++result.returns;
     if (options.max_range > 0 && (point - scan.viewpoint).norm() > options.max_range)
       continue;
     kept.push_back(i);
@@ -203,25 +203,25 @@ estimateNormals(
   NormalEstimationResult result;
   result.samples.oriented = oriented;
 
-  FinitePoints finite = collectFinite(scan, options);
-  result.origin = finite.origin;
-  result.finite_points = finite.finite;
-  const std::vector<Eigen::Index> sampled = samplePerVoxel(finite.points, options.pre_leaf);
-  keepColumns(finite.points, sampled);
-  keepColumns(finite.given_normals, sampled);
-  if (finite.points.cols() == 0 || deadline.hasPassed()) {
+  Returns returns = collectReturns(scan, options);
+  result.origin = returns.origin;
+  result.returns = returns.returns;
+  const std::vector<Eigen::Index> sampled = samplePerVoxel(returns.points, options.pre_leaf);
+  keepColumns(returns.points, sampled);
+  keepColumns(returns.given_normals, sampled);
+  if (returns.points.cols() == 0 || deadline.hasPassed()) {
     result.radius = options.radius;
     return result;
   }
 
-  const Cloud::Ptr surface = toCloud(finite.points);
+  const Cloud::Ptr surface = toCloud(returns.points);
   pcl::search::KdTree<pcl::PointXYZ> tree(false);
   tree.setInputCloud(surface);
   result.resolution = measureResolution(*surface, tree, workers);
   result.radius = options.radius;
   if (!(result.radius > 0)) {
     const double spacing = measureSurfaceRadius(
-        *surface, tree, samplePerVoxel(finite.points, kLargestLeaf), result.resolution, deadline, workers);
+        *surface, tree, samplePerVoxel(returns.points, kLargestLeaf), result.resolution, deadline, workers);
     result.radius =
         std::clamp(std::max(kRadiusInResolutions * result.resolution, spacing), kSmallestRadius, kLargestRadius);
   }
@@ -229,7 +229,7 @@ estimateNormals(
       options.leaf > 0 ? options.leaf : std::clamp(kLeafInRadii * result.radius, kSmallestLeaf, kLargestLeaf);
 
   // Thinning after the normals keeps real points: estimating at those alone, over all points, gives the same.
-  const std::vector<Eigen::Index> kept = samplePerVoxel(finite.points, leaf);
+  const std::vector<Eigen::Index> kept = samplePerVoxel(returns.points, leaf);
   const Eigen::Vector3d viewpoint = scan.viewpoint - result.origin;
   Points3 normals = Points3::Zero(3, static_cast<Eigen::Index>(kept.size()));
   forEachInParallel(normals.cols(), 64, workers, [&](Eigen::Index i) {
@@ -237,15 +237,15 @@ estimateNormals(
       return;
     const Eigen::Index column = kept[static_cast<std::size_t>(i)];
     Eigen::Vector3d normal = Eigen::Vector3d::Zero();
-    if (finite.given_normals.cols() > 0)
-      normal = finite.given_normals.col(column);
+    if (returns.given_normals.cols() > 0)
+      normal = returns.given_normals.col(column);
     if (normal.isZero(0)) {
       pcl::Indices indices;
       std::vector<float> squared;
       tree.radiusSearch((*surface)[static_cast<std::size_t>(column)], result.radius, indices, squared);
       normal = fitNormal(*surface, indices);
     }
-    const double towards = normal.dot(viewpoint - finite.points.col(column));
+    const double towards = normal.dot(viewpoint - returns.points.col(column));
     if (oriented && (options.away_from_viewpoint ? towards > 0 : towards < 0))
       normal = -normal;
     normals.col(i) = normal;
@@ -258,7 +258,7 @@ estimateNormals(
   for (Eigen::Index i = 0; i < normals.cols(); ++i) {
     if (normals.col(i).isZero(0) || !normals.col(i).allFinite())
       continue;
-    samples.points.col(size) = finite.points.col(kept[static_cast<std::size_t>(i)]);
+    samples.points.col(size) = returns.points.col(kept[static_cast<std::size_t>(i)]);
     samples.normals.col(size) = normals.col(i);
     ++size;
   }

@@ -17,7 +17,7 @@ struct NormalEstimationResult {
   Eigen::Vector3d origin = Eigen::Vector3d::Zero(); ///< subtracted from the points before anything else [m]
   double radius = 0;                                ///< [m]
   double resolution = 0;                            ///< mean distance to the nearest neighbour after pre_leaf [m]
-  std::size_t finite_points = 0;
+  std::size_t returns = 0;                          ///< see ScanView::isReturn(), of any range
 };
 
 /** \brief Sample the scan, estimate PCA normals in a radius with PCL's tree and covariance (the normals of

@@ -32,18 +32,25 @@ sceneScale(const ScanExtent& extent, const PreparationConfig& config)
   return extent.radius / std::clamp(extent.radius, config.smallest_radius, config.largest_radius);
 }
 
-/// At most \p most of the points within \p reach [m] of \p origin along every axis, evenly drawn in their order and
-/// relative to it [m]. Drivers write huge numbers where there was no return.
+/// At most \p most of the \p returns of a scan, evenly drawn in their order, that are within \p reach [m] of \p origin
+/// along every axis, and relative to it [m]. Drivers write huge numbers where nothing came back.
 Eigen::Matrix3Xf
-drawPoints(const ScanView& scan, const Eigen::Vector3d& origin, double reach, std::size_t most)
+drawReturns(const ScanView& scan, std::size_t returns, const Eigen::Vector3d& origin, double reach, std::size_t most)
 {
-  const std::size_t n = scan.count();
-  const std::size_t count = std::min(most, n);
+  const std::size_t count = std::min(most, returns);
+  const bool is_each_one = returns == scan.count();
   Eigen::Matrix3Xf drawn(3, static_cast<Eigen::Index>(count));
   Eigen::Index kept = 0;
+  std::size_t at = 0, before = 0; // a point, and the returns before it
   for (std::size_t i = 0; i < count; ++i) {
-    const Eigen::Vector3d p = scan.point(evenlyDrawn(i, count, n)).cast<double>() - origin;
-    if ((p.array().abs() < reach).all()) // not so for NaN
+    const std::size_t wanted = evenlyDrawn(i, count, returns);
+    if (is_each_one)
+      at = wanted;
+    else
+      for (; before < wanted || !scan.isReturn(at); ++at)
+        before += scan.isReturn(at) ? 1 : 0;
+    const Eigen::Vector3d p = scan.point(at).cast<double>() - origin;
+    if ((p.array().abs() < reach).all())
       drawn.col(kept++) = p.cast<float>();
   }
   return drawn.leftCols(kept);
@@ -134,7 +141,7 @@ thinAtScale(const ScanView& scan, const ScanExtent& extent, const Options& optio
   return result;
 }
 
-/// Where a scan's sensor is, relative to its origin [m].
+/// Where a scan's sensor is, relative to the median of the scan [m].
 struct SensorPlace {
   std::optional<Eigen::Vector3d> place; ///< nothing: not known
   bool is_found = false;                ///< in the points, not given
@@ -142,20 +149,23 @@ struct SensorPlace {
 
 SensorPlace
 placeSensor(const ScanView& scan,
-            const Eigen::Vector3d& origin,
+            const ScanExtent& extent,
             const ThinnedCloud& cloud,
             const PreparationConfig& lengths,
             const Options& options,
             const Deadline& deadline)
 {
-  const Eigen::Vector3d given = scan.viewpoint - origin;
+  const Eigen::Vector3d given = scan.viewpoint - extent.median;
   const ViewpointMode mode = options.viewpoint_mode;
   if (mode == ViewpointMode::Unused)
     return {};
   if (mode == ViewpointMode::SensorOrigin || (mode == ViewpointMode::Auto && scan.viewpoint_is_known))
     return {given, false};
-  const Eigen::Matrix3Xf points = drawPoints(
-      scan, origin, thinningReach(cloud.leaf), static_cast<std::size_t>(lengths.viewpoint.levels.back().points));
+  const Eigen::Matrix3Xf points = drawReturns(scan,
+                                              extent.returns,
+                                              extent.median,
+                                              thinningReach(cloud.leaf),
+                                              static_cast<std::size_t>(lengths.viewpoint.levels.back().points));
   if (mode == ViewpointMode::Auto && isPlausibleViewpoint(points, given.cast<float>(), lengths, deadline))
     return {given, false};
   if (const std::optional<Eigen::Vector3f> place = findViewpoint(points, lengths, threadCount(options), deadline))
@@ -219,7 +229,7 @@ preparePatchScan(const ScanView& scan, const Options& options, const Deadline& d
     return prepared;
 
   const PreparationConfig lengths = scaled(config, prepared.scale);
-  const SensorPlace sensor = placeSensor(scan, prepared.origin, cloud, lengths, options, deadline);
+  const SensorPlace sensor = placeSensor(scan, prepared.extent, cloud, lengths, options, deadline);
   prepared.viewpoint_used = sensor.place.has_value();
   prepared.viewpoint_found = sensor.is_found;
   if (sensor.place) {

@@ -240,7 +240,7 @@ private:
       const std::size_t pause = std::min(end, begin + kPointsPerLook);
       for (; begin < pause; ++begin) {
         const Eigen::Vector3d p = scan_.point(begin).cast<double>() - origin_;
-        if (!(p.array().abs() < limit_).all()) // also true for NaN, which maxCoeff() may skip
+        if (!scan_.isReturn(begin) || !(p.array().abs() < limit_).all())
           continue;
         const unsigned x = voxelOf(p.x() * inverse_leaf_);
         const unsigned y = voxelOf(p.y() * inverse_leaf_);
@@ -383,29 +383,29 @@ measureExtent(const ScanView& scan, const Deadline& deadline)
   for (std::size_t i = 0; i < n; ++i) {
     if (i % kPointsPerLook == 0 && deadline.hasPassed())
       return extent;
-    const Eigen::Vector3f p = scan.point(i);
-    if (!p.allFinite())
+    if (!scan.isReturn(i))
       continue;
-    ++extent.finite_points;
+    const Eigen::Vector3f p = scan.point(i);
+    ++extent.returns;
     low = low.cwiseMin(p);
     high = high.cwiseMax(p);
   }
-  if (extent.finite_points == 0)
+  if (extent.returns == 0)
     return extent;
   extent.min = low.cast<double>();
   extent.max = high.cast<double>();
 
   // A few far returns (drivers write the largest float for "none") move the mean anywhere, but not the median.
-  const std::size_t step = std::max<std::size_t>(1, extent.finite_points / kExtentSamples);
+  const std::size_t step = std::max<std::size_t>(1, extent.returns / kExtentSamples);
   std::vector<Eigen::Vector3d> sample;
-  sample.reserve(extent.finite_points / step + 1);
-  if (extent.finite_points == n) {
+  sample.reserve(extent.returns / step + 1);
+  if (extent.returns == n) {
     for (std::size_t i = 0; i < n; i += step)
       sample.emplace_back(scan.point(i).cast<double>());
   }
   else {
-    for (std::size_t i = 0, finite = 0; i < n; ++i)
-      if (scan.point(i).allFinite() && finite++ % step == 0)
+    for (std::size_t i = 0, number = 0; i < n; ++i)
+      if (scan.isReturn(i) && number++ % step == 0)
         sample.emplace_back(scan.point(i).cast<double>());
   }
   std::vector<double> values(sample.size());

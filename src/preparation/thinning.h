@@ -15,15 +15,15 @@ namespace pcl_ssfr {
 
 /// Where a scan lies and how far it reaches; what every other scale follows from.
 struct ScanExtent {
-  std::size_t finite_points = 0;
+  std::size_t returns = 0;                          ///< see ScanView::isReturn()
   Eigen::Vector3d median = Eigen::Vector3d::Zero(); ///< along each axis, of up to some 20000 of the points [m]
   Eigen::Vector3d min = Eigen::Vector3d::Zero();    ///< corner of the bounding box [m]
   Eigen::Vector3d max = Eigen::Vector3d::Zero();    ///< corner of the bounding box [m]
   double radius = 0; ///< 90th percentile of the distance to the median, of the same points [m]
 };
 
-/// Measure a scan; non-finite points are skipped. All zero for an empty scan. When \p deadline passes
-/// meanwhile, the result is unspecified.
+/// Measure the returns of a scan. All zero where it has none. When \p deadline passes meanwhile, the result is
+/// unspecified.
 ScanExtent
 measureExtent(const ScanView& scan, const Deadline& deadline = Deadline());
 
@@ -50,7 +50,7 @@ struct ThinnedCloud {
 double
 thinningReach(double leaf);
 
-/** \brief Thin a scan to one averaged point per voxel of edge \p leaf [m] > 0, relative to \p origin.
+/** \brief Thin the returns of a scan to one averaged point per voxel of edge \p leaf [m] > 0, relative to \p origin.
  *
  * Points farther than \p max_distance [m] from the origin along any axis are dropped (0: no bound); so is whatever
  * would leave the 2^21 voxels that a Morton code addresses along each axis. The result does not depend on \p threads.

@@ -142,8 +142,9 @@ PaperRegistration::findProblem() const
     if (scan->normals.samples.size() < kMinSamples)
       return std::pair(Status::TooFewPoints,
                        "the " + name + " has " + std::to_string(scan->normals.samples.size()) +
-                           " points with a normal (of " + std::to_string(scan->normals.finite_points) +
-                           " finite points); at least " + std::to_string(kMinSamples) + " are needed");
+                           " points with a normal (of " + std::to_string(scan->normals.returns) +
+                           " finite points away from the sensor); at least " + std::to_string(kMinSamples) +
+                           " are needed");
   }
   for (const PaperScan* scan : {&source_, &target_}) {
     const std::string name = scan == &source_ ? "source" : "target";

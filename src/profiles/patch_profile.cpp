@@ -67,10 +67,11 @@ findProblem(const PatchPair& pair, const HypothesisSource& source)
   for (const PatchScan* scan : {&pair.source(), &pair.target()}) {
     const std::string name = scan == &pair.source() ? "the source scan" : "the target scan";
     const int least = pair.config().preparation.min_points;
-    if (scan->extent.finite_points < static_cast<std::size_t>(least))
+    if (scan->extent.returns < static_cast<std::size_t>(least))
       return std::make_pair(Status::TooFewPoints,
-                            name + " has " + std::to_string(scan->extent.finite_points) + " finite points, at least " +
-                                std::to_string(least) + " are needed");
+                            name + " has " + std::to_string(scan->extent.returns) +
+                                " finite points away from the sensor, at least " + std::to_string(least) +
+                                " are needed");
     // What is left of the shape is the lattice of the steps, and lattices match.
     if (const double step = coordinateStep(scan->extent); step > pair.config().preparation.match) {
       std::ostringstream text;

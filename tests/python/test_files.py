@@ -129,6 +129,17 @@ class TestCommand:
         assert done.returncode in (0, 1)
         assert json.loads((tmp_path / "r.json").read_text(encoding="utf-8"))["confidence"] is None
 
+    def test_pose_to_standard_output(self, aligned):
+        done = run(self.SOURCE, self.TARGET, "--transform", "-")
+        assert (done.returncode, done.stderr) == (0, "")
+        assert [[float(n) for n in line.split()] for line in done.stdout.splitlines()] == aligned.T_target_source.tolist()
+        done = run(self.SOURCE, self.TARGET, "--transform", "-", "--gravity", "0,0,1")
+        assert (done.returncode, done.stdout) == (1, "")
+        assert done.stderr.startswith("pcl_ssfr: Not aligned, ") and done.stderr.count("\n") == 1
+        done = run(self.SOURCE, self.TARGET, "--transform", "-", "--json", "-")
+        assert (done.returncode, done.stdout) == (2, "")
+        assert done.stderr == "pcl_ssfr: --json: '-' is also --transform\n"
+
     def test_not_aligned(self):
         done = run(self.SOURCE, self.TARGET, "--gravity", "0,0,1", "--leaf", "0.05")
         assert done.returncode == 1 and done.stdout.startswith("Not aligned, ")
