@@ -8,6 +8,7 @@
 
 #include <gmock/gmock.h>
 
+#include <utility>
 #include <vector>
 
 namespace pcl_ssfr::test_multiway_growing_parts {
@@ -92,6 +93,23 @@ TEST_F(GrowingPartsTest, thePairsOfAJoinAreEachWithEach)
     const Eigen::Isometry3d expected = job_.relative(pair.source, pair.target);
     EXPECT_LT((pair.T_target_source.matrix() - expected.matrix()).norm(), 1e-6);
   }
+
+  // Without those that have nothing to say of each other, in the same order.
+  const auto areUnrelated = [&](int source, int target, double distance) {
+    const double expected = (job_.relative(source, target) * job_.places.at(static_cast<std::size_t>(source)) -
+                             job_.places.at(static_cast<std::size_t>(target)))
+                                .norm();
+    EXPECT_NEAR(distance, expected, 1e-6);
+    return (source + target) % 2 == 0;
+  };
+  std::vector<std::pair<int, int>> wanted, found;
+  for (const PlacedPair& pair : pairs)
+    if ((pair.source + pair.target) % 2 != 0)
+      wanted.emplace_back(pair.source, pair.target);
+  for (const PlacedPair& pair : parts.pairsAt(a, b, partPose(parts, 2), areUnrelated))
+    found.emplace_back(pair.source, pair.target);
+  EXPECT_EQ(found, wanted);
+  EXPECT_THAT(found, ::testing::SizeIs(::testing::AllOf(::testing::Gt(0U), ::testing::Lt(6U))));
 }
 
 } // namespace

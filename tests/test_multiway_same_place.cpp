@@ -71,9 +71,46 @@ TEST(SamePlaceOdds, whatIsUnrelatedSaysNothing)
       },
       places,
       options,
-      [](const PlacedPair& pair) { return pair.T_target_source.translation().x() > 5; });
+      [](int, int, double distance) { return distance > 5; });
   EXPECT_EQ(odds.of({{0, 1, shifted(6)}, {0, 2, shifted(1)}, {2, 1, shifted(7)}}), 1);
   EXPECT_EQ(looks, 1);
+}
+
+TEST(SamePlaceOdds, whereThereIsNoHopeNobodyElseIsAsked)
+{
+  constexpr int kScans = 300;
+  const std::vector<Eigen::Vector3d> places(kScans, Eigen::Vector3d::Zero());
+  std::vector<PlacedPair> pairs;
+  for (int k = 1; k < kScans; ++k)
+    pairs.push_back({0, k, shifted(k)});
+  for (const double each : {-10.0, -0.1, 0.2}) {
+    double sums[2] = {};
+    for (const unsigned threads : {1U, 4U}) {
+      MultiwayOptions options;
+      options.threads = threads;
+      std::vector<char> is_asked(kScans, 0);
+      const auto look = [&](const PlacedPair& pair) {
+        is_asked[static_cast<std::size_t>(pair.target)] = 1;
+        return each;
+      };
+      SamePlaceOdds all(look, places, options);
+      const double expected = all.of(pairs);
+      is_asked.assign(kScans, 0);
+      SamePlaceOdds hopeful(look, places, options);
+      const double sum = hopeful.ofHopeful(pairs);
+      sums[threads == 1 ? 0 : 1] = sum;
+      const auto count = std::count(is_asked.begin(), is_asked.end(), 1);
+      if (each < -1) {
+        EXPECT_LT(count, 100);
+        EXPECT_LT(sum, -100);
+      }
+      else {
+        EXPECT_EQ(count, kScans - 1);
+        EXPECT_EQ(sum, expected);
+      }
+    }
+    EXPECT_EQ(sums[0], sums[1]);
+  }
 }
 
 /** Two rooms alike, 30 m apart, with three scans each that see all of each other; scan 6 stands between the rooms and

@@ -145,10 +145,11 @@ private:
     }
     for (auto& [pair, joins] : found) {
       for (Join& join : joins) {
-        const std::vector<PlacedPair> pairs = parts_.pairsAt(pair.first, pair.second, join.T_b_a);
-        join.refusal = join_test_ ? join_test_(pairs) : "";
+        if (join_test_)
+          join.refusal = join_test_(parts_.pairsAt(pair.first, pair.second, join.T_b_a));
         if (join.refusal.empty())
-          join.odds = odds_.of(pairs) + std::min(join.links, rule_.most_by_links);
+          join.odds = odds_.ofHopeful(parts_.pairsAt(pair.first, pair.second, join.T_b_a, odds_.areUnrelated())) +
+                      std::min(join.links, rule_.most_by_links);
       }
       joins_[pair] = std::move(joins);
     }

@@ -22,6 +22,8 @@ struct PlacedPair {
   int target = 0;
   Eigen::Isometry3d T_target_source;
 };
+/// Whether two scans, whose sensors are so far apart [m], have nothing to say of each other.
+using PairTest = std::function<bool(int source, int target, double distance)>;
 /// Why the pairs of scans of two parts may not stand so, for people; empty: they may.
 using JoinTest = std::function<std::string(const std::vector<PlacedPair>& pairs)>;
 

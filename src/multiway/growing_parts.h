@@ -60,9 +60,9 @@ public:
   {
     return pose(pair.target) * T_target_source * pose(pair.source).inverse();
   }
-  /// Each scan of the one part in each of the other.
+  /// Each scan of the one part in each of the other, but for those that are left out: of large parts nearly all.
   std::vector<PlacedPair>
-  pairsAt(int a, int b, const Eigen::Isometry3d& T_b_a) const;
+  pairsAt(int a, int b, const Eigen::Isometry3d& T_b_a, const PairTest& left_out = nullptr) const;
 
   /// The smaller part moves into the frame of the larger one; what has grown enough is adjusted.
   void

@@ -126,12 +126,15 @@ private:
     return {[this, whose](const PlacedPair& pair) { return alike_.samePlaceLogOdds(pair, whose); },
             places_,
             input_.options,
-            [this](const PlacedPair& pair) { return alike_.areUnrelated(pair); }};
+            [this](int source, int target, double distance) { return alike_.areUnrelated(source, target, distance); }};
   }
 
   JoinTest
   poseTest() const
   {
+    const auto& priors = input_.priors;
+    if (std::none_of(priors.begin(), priors.end(), [](const auto& prior) { return prior.has_value(); }))
+      return nullptr;
     return [this](const std::vector<PlacedPair>& pairs) { return againstPoses(pairs); };
   }
   /// Why scans whose poses are known approximately cannot stand so; empty: they may.

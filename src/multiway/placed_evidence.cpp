@@ -21,17 +21,16 @@ PlacedEvidence::PlacedEvidence(const MapInput& input,
 }
 
 bool
-PlacedEvidence::areTooFar(int source, int target, const Eigen::Isometry3d& T_target_source) const
+PlacedEvidence::areTooFar(int source, int target, double distance) const
 {
-  const auto s = static_cast<std::size_t>(source), t = static_cast<std::size_t>(target);
-  return (T_target_source * places_[s] - places_[t]).norm() > sights_[s].reach + sights_[t].reach;
+  return distance > sights_[static_cast<std::size_t>(source)].reach + sights_[static_cast<std::size_t>(target)].reach;
 }
 
 PlacementEvidence
 PlacedEvidence::at(int source, int target, const Eigen::Isometry3d& T_target_source, double looseness) const
 {
   const auto s = static_cast<std::size_t>(source), t = static_cast<std::size_t>(target);
-  if (areTooFar(source, target, T_target_source)) {
+  if (areTooFar(source, target, (T_target_source * places_[s] - places_[t]).norm())) {
     PlacementEvidence nothing;
     nothing.total = sights_[s].total + sights_[t].total;
     return nothing;

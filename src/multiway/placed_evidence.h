@@ -21,9 +21,9 @@ public:
   /// \param[in] places of the sensors in the frames of their scans [m]
   PlacedEvidence(const MapInput& input, const MultiwayMap& map, const std::vector<Eigen::Vector3d>& places);
 
-  /// Whether two scans are too far from each other to share anything.
+  /// Whether two scans, whose sensors are \p distance [m] apart, are too far from each other to share anything.
   bool
-  areTooFar(int source, int target, const Eigen::Isometry3d& T_target_source) const;
+  areTooFar(int source, int target, double distance) const;
 
   /// Of two scans at a pose; none where they are too far from each other to share anything.
   PlacementEvidence

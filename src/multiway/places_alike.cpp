@@ -121,10 +121,10 @@ PlacesAlike::samePlaceLogOdds(const PlacedPair& pair, FurnitureOf whose) const
 }
 
 bool
-PlacesAlike::areUnrelated(const PlacedPair& pair) const
+PlacesAlike::areUnrelated(int source, int target, double distance) const
 {
-  return tied_[static_cast<std::size_t>(pair.source)] != tied_[static_cast<std::size_t>(pair.target)] &&
-         evidence_.areTooFar(pair.source, pair.target, pair.T_target_source);
+  return tied_[static_cast<std::size_t>(source)] != tied_[static_cast<std::size_t>(target)] &&
+         evidence_.areTooFar(source, target, distance);
 }
 
 double

@@ -75,8 +75,9 @@ public:
   samePlaceLogOdds(const PlacedPair& pair, FurnitureOf whose) const;
 
   /// Whether scans are too far from each other to share anything, and no person tied them to each other.
+  /// \param[in] distance of their sensors [m]
   bool
-  areUnrelated(const PlacedPair& pair) const;
+  areUnrelated(int source, int target, double distance) const;
 
   /// The share of its sure links that a part contradicts, where that is too often (isRefuted()); of several parts the
   /// largest, 0 where there is none.

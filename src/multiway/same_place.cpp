@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <iterator>
 #include <string>
@@ -18,6 +19,17 @@ namespace pcl_ssfr {
 namespace {
 
 constexpr double kSameView = 0.1; // of what makes places distinct: within it scans see the same of each other
+
+constexpr double kHopeless = -100;          // log odds against a join that others never made up for
+constexpr std::ptrdiff_t kAskedAtOnce = 64; // pairs
+
+double
+distanceBetweenSensors(const PlacedPair& pair, const std::vector<Eigen::Vector3d>& places)
+{
+  return (pair.T_target_source * places[static_cast<std::size_t>(pair.source)] -
+          places[static_cast<std::size_t>(pair.target)])
+      .norm();
+}
 
 /// Scans of a part that are moved together, ascending, and a motion of them in the frame of the part.
 using Group = std::vector<int>;
@@ -203,13 +215,11 @@ SamePlaceOdds::SamePlaceOdds(PairOddsFunction odds,
   config_.same_rotation *= kSameView;
 }
 
+template <typename Iterator>
 double
-SamePlaceOdds::of(const std::vector<PlacedPair>& pairs)
+SamePlaceOdds::added(double sum, Iterator first, Iterator last)
 {
-  std::vector<PlacedPair> ordered;
-  std::copy_if(pairs.begin(), pairs.end(), std::back_inserter(ordered), [&](const PlacedPair& pair) {
-    return !are_unrelated_ || !are_unrelated_(pair);
-  });
+  std::vector<PlacedPair> ordered(first, last);
   std::vector<double> found(ordered.size());
   std::vector<std::size_t> missing;
   for (std::size_t k = 0; k < ordered.size(); ++k) {
@@ -232,10 +242,39 @@ SamePlaceOdds::of(const std::vector<PlacedPair>& pairs)
   });
   for (const std::size_t k : missing)
     known_[{ordered[k].source, ordered[k].target}].push_back({ordered[k].T_target_source, found[k]});
-  double sum = 0;
   for (const double odds : found)
     sum += odds;
   return sum;
+}
+
+double
+SamePlaceOdds::of(const std::vector<PlacedPair>& pairs)
+{
+  const std::vector<PlacedPair> related = relatedOf(pairs);
+  return added(0, related.begin(), related.end());
+}
+
+double
+SamePlaceOdds::ofHopeful(const std::vector<PlacedPair>& pairs)
+{
+  const std::vector<PlacedPair> related = relatedOf(pairs);
+  double sum = 0;
+  for (auto next = related.begin(); next != related.end() && sum > kHopeless;) {
+    const auto first = next;
+    next += std::min<std::ptrdiff_t>(kAskedAtOnce, related.end() - first);
+    sum = added(sum, first, next);
+  }
+  return sum;
+}
+
+std::vector<PlacedPair>
+SamePlaceOdds::relatedOf(const std::vector<PlacedPair>& pairs) const
+{
+  std::vector<PlacedPair> related;
+  std::copy_if(pairs.begin(), pairs.end(), std::back_inserter(related), [&](const PlacedPair& pair) {
+    return !are_unrelated_ || !are_unrelated_(pair.source, pair.target, distanceBetweenSensors(pair, places_));
+  });
+  return related;
 }
 
 std::vector<int>

@@ -18,8 +18,6 @@ namespace pcl_ssfr {
 
 /// Log odds that two scans at a pose show one place and not two that look alike.
 using PairOddsFunction = std::function<double(const PlacedPair& pair)>;
-/// Whether two scans at a pose have nothing to say of each other.
-using PairTest = std::function<bool(const PlacedPair& pair)>;
 
 /** \brief Log odds that scans, laid onto each other, show one place and not two that look alike.
  *
@@ -39,12 +37,31 @@ public:
   /// Of all these pairs together; 0 of none.
   double
   of(const std::vector<PlacedPair>& pairs);
+  /// The same while there is hope: once the first of them say that places are not the same with log odds of 100, the
+  /// others are not asked. Two large parts are proposed to each other by many false links, each of which lays hundreds
+  /// of scans onto others.
+  double
+  ofHopeful(const std::vector<PlacedPair>& pairs);
+
+  /// What has no part in it, whatever the pose.
+  const PairTest&
+  areUnrelated() const
+  {
+    return are_unrelated_;
+  }
 
 private:
   struct Known {
     Eigen::Isometry3d T_target_source;
     double odds = 0;
   };
+
+  std::vector<PlacedPair>
+  relatedOf(const std::vector<PlacedPair>& pairs) const;
+  /// Of pairs that are not unrelated, in their order, added to \p sum.
+  template <typename Iterator>
+  double
+  added(double sum, Iterator first, Iterator last);
 
   PairOddsFunction odds_;
   PairTest are_unrelated_;
