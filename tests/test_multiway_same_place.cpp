@@ -97,7 +97,7 @@ TEST(SamePlaceOdds, whereThereIsNoHopeNobodyElseIsAsked)
       const double expected = all.of(pairs);
       is_asked.assign(kScans, 0);
       SamePlaceOdds hopeful(look, places, options);
-      const double sum = hopeful.ofHopeful(pairs);
+      const double sum = hopeful.of(pairs, -100);
       sums[threads == 1 ? 0 : 1] = sum;
       const auto count = std::count(is_asked.begin(), is_asked.end(), 1);
       if (each < -1) {

@@ -19,6 +19,10 @@ namespace {
 
 using PartPair = std::pair<int, int>; // of parts, the lower number first
 
+/// Log odds against a join that others never made up for. Two large parts are proposed to each other by many false
+/// links, each of which lays hundreds of scans onto hundreds.
+constexpr double kHopeless = -100;
+
 /// One part laid into the frame of another one.
 struct Join {
   Eigen::Isometry3d T_b_a;
@@ -148,7 +152,7 @@ private:
         if (join_test_)
           join.refusal = join_test_(parts_.pairsAt(pair.first, pair.second, join.T_b_a));
         if (join.refusal.empty())
-          join.odds = odds_.ofHopeful(parts_.pairsAt(pair.first, pair.second, join.T_b_a, odds_.areUnrelated())) +
+          join.odds = odds_.of(parts_.pairsAt(pair.first, pair.second, join.T_b_a, odds_.areUnrelated()), kHopeless) +
                       std::min(join.links, rule_.most_by_links);
       }
       joins_[pair] = std::move(joins);

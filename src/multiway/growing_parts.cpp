@@ -44,20 +44,7 @@ GrowingParts::placeOf(int part) const
 std::vector<PlacedPair>
 GrowingParts::pairsAt(int a, int b, const Eigen::Isometry3d& T_b_a, const PairTest& left_out) const
 {
-  std::vector<Eigen::Vector3d> places_in_b;
-  places_in_b.reserve(members(b).size());
-  for (const int j : members(b))
-    places_in_b.push_back(pose(j) * places_[static_cast<std::size_t>(j)]);
-  std::vector<PlacedPair> pairs;
-  for (const int i : members(a)) {
-    const Eigen::Vector3d place = T_b_a * (pose(i) * places_[static_cast<std::size_t>(i)]);
-    for (std::size_t k = 0; k < places_in_b.size(); ++k) {
-      const int j = members(b)[k];
-      if (!left_out || !left_out(i, j, (place - places_in_b[k]).norm()))
-        pairs.push_back({i, j, pose(j).inverse() * T_b_a * pose(i)});
-    }
-  }
-  return pairs;
+  return pairsBetween(members(a), members(b), T_b_a, assembly_.poses, places_, left_out);
 }
 
 void

@@ -35,6 +35,31 @@ pairsOf(const std::vector<int>& members)
   return pairs;
 }
 
+std::vector<PlacedPair>
+pairsBetween(const std::vector<int>& sources,
+             const std::vector<int>& targets,
+             const Eigen::Isometry3d& T,
+             const std::vector<Eigen::Isometry3d>& poses,
+             const std::vector<Eigen::Vector3d>& places,
+             const PairTest& left_out)
+{
+  const auto placeOf = [&](int scan) -> Eigen::Vector3d {
+    return poses[static_cast<std::size_t>(scan)] * places[static_cast<std::size_t>(scan)];
+  };
+  std::vector<Eigen::Vector3d> places_of_targets;
+  std::transform(targets.begin(), targets.end(), std::back_inserter(places_of_targets), placeOf);
+  std::vector<PlacedPair> pairs;
+  for (const int i : sources) {
+    const Eigen::Vector3d place = T * placeOf(i);
+    for (std::size_t k = 0; k < targets.size(); ++k) {
+      const int j = targets[k];
+      if (!left_out || !left_out(i, j, (place - places_of_targets[k]).norm()))
+        pairs.push_back({i, j, poses[static_cast<std::size_t>(j)].inverse() * T * poses[static_cast<std::size_t>(i)]});
+    }
+  }
+  return pairs;
+}
+
 int
 nextPart(const Assembly& assembly)
 {

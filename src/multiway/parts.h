@@ -20,6 +20,16 @@ membersOf(const Assembly& assembly);
 /// All pairs of these scans.
 std::vector<std::pair<int, int>>
 pairsOf(const std::vector<int>& members);
+/// Each of the one scans in each of the others, but for those that are left out: among many scans nearly all.
+/// \param[in] T moves \p sources, as \p poses has them, into the frame of \p targets
+/// \param[in] places of the sensors in the scans' frames [m]
+std::vector<PlacedPair>
+pairsBetween(const std::vector<int>& sources,
+             const std::vector<int>& targets,
+             const Eigen::Isometry3d& T,
+             const std::vector<Eigen::Isometry3d>& poses,
+             const std::vector<Eigen::Vector3d>& places,
+             const PairTest& left_out = nullptr);
 /// A number that no part has.
 int
 nextPart(const Assembly& assembly);

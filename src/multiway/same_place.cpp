@@ -20,16 +20,7 @@ namespace {
 
 constexpr double kSameView = 0.1; // of what makes places distinct: within it scans see the same of each other
 
-constexpr double kHopeless = -100;          // log odds against a join that others never made up for
-constexpr std::ptrdiff_t kAskedAtOnce = 64; // pairs
-
-double
-distanceBetweenSensors(const PlacedPair& pair, const std::vector<Eigen::Vector3d>& places)
-{
-  return (pair.T_target_source * places[static_cast<std::size_t>(pair.source)] -
-          places[static_cast<std::size_t>(pair.target)])
-      .norm();
-}
+constexpr std::size_t kAskedAtOnce = 64; // pairs
 
 /// Scans of a part that are moved together, ascending, and a motion of them in the frame of the part.
 using Group = std::vector<int>;
@@ -111,11 +102,7 @@ private:
   double
   oddsAt(const Group& group, const Group& others, const Motion& motion)
   {
-    std::vector<PlacedPair> pairs;
-    for (const int scan : group)
-      for (const int other : others)
-        pairs.push_back({scan, other, pose(other).inverse() * motion * pose(scan)});
-    return odds_.of(pairs);
+    return odds_.of(pairsBetween(group, others, motion, placed_.assembly.poses, placed_.places, odds_.areUnrelated()));
   }
 
   /// Of a rival in its part: by what distinguishes places, by its links, and by all surfaces of the others; not by
@@ -215,17 +202,38 @@ SamePlaceOdds::SamePlaceOdds(PairOddsFunction odds,
   config_.same_rotation *= kSameView;
 }
 
-template <typename Iterator>
 double
-SamePlaceOdds::added(double sum, Iterator first, Iterator last)
+SamePlaceOdds::of(const std::vector<PlacedPair>& pairs, double hopeless)
 {
-  std::vector<PlacedPair> ordered(first, last);
-  std::vector<double> found(ordered.size());
+  double sum = 0;
+  std::vector<PlacedPair> asked;
+  for (auto next = pairs.begin(); next != pairs.end() && sum > hopeless;) {
+    for (asked.clear(); next != pairs.end() && asked.size() < kAskedAtOnce; ++next)
+      if (!isUnrelated(*next))
+        asked.push_back(next->source < next->target
+                            ? *next
+                            : PlacedPair{next->target, next->source, next->T_target_source.inverse()});
+    for (const double odds : ofEach(asked))
+      sum += odds;
+  }
+  return sum;
+}
+
+bool
+SamePlaceOdds::isUnrelated(const PlacedPair& pair) const
+{
+  const auto s = static_cast<std::size_t>(pair.source), t = static_cast<std::size_t>(pair.target);
+  return are_unrelated_ &&
+         are_unrelated_(pair.source, pair.target, (pair.T_target_source * places_[s] - places_[t]).norm());
+}
+
+std::vector<double>
+SamePlaceOdds::ofEach(const std::vector<PlacedPair>& pairs)
+{
+  std::vector<double> found(pairs.size());
   std::vector<std::size_t> missing;
-  for (std::size_t k = 0; k < ordered.size(); ++k) {
-    PlacedPair& pair = ordered[k];
-    if (pair.source > pair.target)
-      pair = {pair.target, pair.source, pair.T_target_source.inverse()};
+  for (std::size_t k = 0; k < pairs.size(); ++k) {
+    const PlacedPair& pair = pairs[k];
     const Eigen::Vector3d& place = places_[static_cast<std::size_t>(pair.source)];
     const auto& known = known_[{pair.source, pair.target}];
     const auto same = std::find_if(known.begin(), known.end(), [&](const Known& at) {
@@ -238,43 +246,11 @@ SamePlaceOdds::added(double sum, Iterator first, Iterator last)
   }
   forEachInParallel(static_cast<std::int64_t>(missing.size()), 1, threads_, [&](std::int64_t index) {
     const std::size_t k = missing[static_cast<std::size_t>(index)];
-    found[k] = odds_(ordered[k]);
+    found[k] = odds_(pairs[k]);
   });
   for (const std::size_t k : missing)
-    known_[{ordered[k].source, ordered[k].target}].push_back({ordered[k].T_target_source, found[k]});
-  for (const double odds : found)
-    sum += odds;
-  return sum;
-}
-
-double
-SamePlaceOdds::of(const std::vector<PlacedPair>& pairs)
-{
-  const std::vector<PlacedPair> related = relatedOf(pairs);
-  return added(0, related.begin(), related.end());
-}
-
-double
-SamePlaceOdds::ofHopeful(const std::vector<PlacedPair>& pairs)
-{
-  const std::vector<PlacedPair> related = relatedOf(pairs);
-  double sum = 0;
-  for (auto next = related.begin(); next != related.end() && sum > kHopeless;) {
-    const auto first = next;
-    next += std::min<std::ptrdiff_t>(kAskedAtOnce, related.end() - first);
-    sum = added(sum, first, next);
-  }
-  return sum;
-}
-
-std::vector<PlacedPair>
-SamePlaceOdds::relatedOf(const std::vector<PlacedPair>& pairs) const
-{
-  std::vector<PlacedPair> related;
-  std::copy_if(pairs.begin(), pairs.end(), std::back_inserter(related), [&](const PlacedPair& pair) {
-    return !are_unrelated_ || !are_unrelated_(pair.source, pair.target, distanceBetweenSensors(pair, places_));
-  });
-  return related;
+    known_[{pairs[k].source, pairs[k].target}].push_back({pairs[k].T_target_source, found[k]});
+  return found;
 }
 
 std::vector<int>

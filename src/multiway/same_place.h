@@ -10,6 +10,7 @@
 #include <Eigen/Geometry>
 
 #include <functional>
+#include <limits>
 #include <map>
 #include <utility>
 #include <vector>
@@ -34,14 +35,9 @@ public:
                 const MultiwayOptions& options,
                 PairTest are_unrelated = nullptr);
 
-  /// Of all these pairs together; 0 of none.
+  /// Of all these pairs together; 0 of none. Once the first of them have \p hopeless or less, the others are not asked.
   double
-  of(const std::vector<PlacedPair>& pairs);
-  /// The same while there is hope: once the first of them say that places are not the same with log odds of 100, the
-  /// others are not asked. Two large parts are proposed to each other by many false links, each of which lays hundreds
-  /// of scans onto others.
-  double
-  ofHopeful(const std::vector<PlacedPair>& pairs);
+  of(const std::vector<PlacedPair>& pairs, double hopeless = -std::numeric_limits<double>::infinity());
 
   /// What has no part in it, whatever the pose.
   const PairTest&
@@ -56,12 +52,11 @@ private:
     double odds = 0;
   };
 
-  std::vector<PlacedPair>
-  relatedOf(const std::vector<PlacedPair>& pairs) const;
-  /// Of pairs that are not unrelated, in their order, added to \p sum.
-  template <typename Iterator>
-  double
-  added(double sum, Iterator first, Iterator last);
+  bool
+  isUnrelated(const PlacedPair& pair) const;
+  /// \param[in] pairs with source < target
+  std::vector<double>
+  ofEach(const std::vector<PlacedPair>& pairs);
 
   PairOddsFunction odds_;
   PairTest are_unrelated_;

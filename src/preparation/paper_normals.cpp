@@ -51,7 +51,7 @@ struct Returns {
   Eigen::Vector3d origin = Eigen::Vector3d::Zero();
   Points3 points;
   Points3 given_normals; ///< unit or zero; no columns when the scan has none
-  std::size_t returns = 0;
+  std::size_t count = 0; ///< of any range
 };
 
 Returns
@@ -64,7 +64,7 @@ collectReturns(const ScanView& scan, const NormalOptions& options)
     if (!scan.isReturn(i))
       continue;
     const Eigen::Vector3d point = scan.point(i).cast<double>();
-    ++result.returns;
+    ++result.count;
     if (options.max_range > 0 && (point - scan.viewpoint).norm() > options.max_range)
       continue;
     kept.push_back(i);
@@ -205,7 +205,7 @@ estimateNormals(
 
   Returns returns = collectReturns(scan, options);
   result.origin = returns.origin;
-  result.returns = returns.returns;
+  result.returns = returns.count;
   const std::vector<Eigen::Index> sampled = samplePerVoxel(returns.points, options.pre_leaf);
   keepColumns(returns.points, sampled);
   keepColumns(returns.given_normals, sampled);

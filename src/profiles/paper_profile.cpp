@@ -137,20 +137,19 @@ PaperRegistration::addStage(const char* name, double seconds, std::uint64_t in, 
 std::optional<std::pair<Status, std::string>>
 PaperRegistration::findProblem() const
 {
+  const auto nameOf = [this](const PaperScan* scan) { return std::string(scan == &source_ ? "source" : "target"); };
   for (const PaperScan* scan : {&source_, &target_}) {
-    const std::string name = scan == &source_ ? "source" : "target";
     if (scan->normals.samples.size() < kMinSamples)
       return std::pair(Status::TooFewPoints,
-                       "the " + name + " has " + std::to_string(scan->normals.samples.size()) +
+                       "the " + nameOf(scan) + " has " + std::to_string(scan->normals.samples.size()) +
                            " points with a normal (of " + std::to_string(scan->normals.returns) +
                            " finite points away from the sensor); at least " + std::to_string(kMinSamples) +
                            " are needed");
   }
   for (const PaperScan* scan : {&source_, &target_}) {
-    const std::string name = scan == &source_ ? "source" : "target";
     if (!hasPair(scan->main_normals, stages_.rotation))
       return std::pair(Status::TooFewDirections,
-                       "the planes of the " + name +
+                       "the planes of the " + nameOf(scan) +
                            " face in fewer than two directions that are not parallel: the rotation is unobservable");
   }
   return std::nullopt;
