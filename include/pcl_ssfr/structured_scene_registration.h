@@ -73,7 +73,8 @@ namespace pcl_ssfr {
  * registration does not use it: it is built by the first call of getFitnessScore() or getCorrespondences(), from the
  * points that the target had when it was set, as they are then, unlike with ICP: what was appended since is left out,
  * and a target that has lost points has no neighbours. So is the list of correspondences. A search method that was set
- * by setSearchMethodTarget() is filled at once, as PCL does.
+ * by setSearchMethodTarget() is filled at once, as PCL does. Where no correspondence distance was set,
+ * getCorrespondences() measures the spacing of the target by PCL's tree, which takes three times that cloud besides.
  *
  * **Time limit.** setTimeLimit() bounds the whole of align(), preparation included, but for the copying of the source
  * into the output. When it ends the preparation, the status is Status::TimeLimit, the message names the stage, and the
